@@ -1,0 +1,51 @@
+"""pytest-lpb: benchmark local motion planners with pytest.
+
+Importing this package loads nothing heavy: the public names below are imported on first use (PEP 562).
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_EXPORTS = {
+    "Infeasible": "pytest_lpb.errors",
+    "KpiError": "pytest_lpb.errors",
+    "LpbError": "pytest_lpb.errors",
+    "ScenarioError": "pytest_lpb.errors",
+    "Planner": "pytest_lpb.planner.base",
+    "Preview": "pytest_lpb.planner.base",
+    "Problem": "pytest_lpb.problem.problem",
+    "Trajectory": "pytest_lpb.trajectory",
+    "kpi": "pytest_lpb.kpis.registry",
+    "plot": "pytest_lpb.report.plots",
+    "load_scenario": "pytest_lpb.scenario.load",
+    "run_trial": "pytest_lpb.trial.trial",
+}
+
+__all__ = [  # noqa: PLE0604
+    "__version__",
+    *_EXPORTS,
+]
+
+if TYPE_CHECKING:
+    from pytest_lpb.errors import Infeasible, KpiError, LpbError, ScenarioError
+    from pytest_lpb.kpis.registry import kpi
+    from pytest_lpb.planner.base import Planner, Preview
+    from pytest_lpb.problem.problem import Problem
+    from pytest_lpb.report.plots import plot
+    from pytest_lpb.scenario.load import load_scenario
+    from pytest_lpb.trajectory import Trajectory
+    from pytest_lpb.trial.trial import run_trial
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _EXPORTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_EXPORTS[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

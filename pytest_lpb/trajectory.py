@@ -1,0 +1,137 @@
+"""Raw data of one trial, as KPIs, plots and reports see it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.errors import RecordingError
+from pytest_lpb.names import listed, suggestion
+from pytest_lpb.problem.problem import Problem
+
+FloatArray = NDArray[np.float64]
+
+AXES = ("x", "y", "z")
+
+
+class Trajectory:
+    """One recorded trial: N + 1 rows at t = k dt; the last row has no action (NaN).
+
+    Args:
+        columns: raw data by column name (see the contract's trial file), each (N + 1,); float64, or text for
+            `clearance_body` and `clearance_obstacle`.
+        metadata: outcome, message, wall_s, setup_ms, workers, cores, parameters, hashes.
+        problem: the concrete problem.
+    """
+
+    def __init__(self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem) -> None:
+        self.columns = columns
+        self.metadata = metadata
+        self.problem = problem
+
+    def __len__(self) -> int:
+        return len(self.columns["t"])
+
+    @property
+    def t(self) -> FloatArray:
+        """Time of each row, (N + 1,) [s]."""
+        return self.column("t")
+
+    @cached_property
+    def q(self) -> FloatArray:
+        """Joint positions, (N + 1, dof) [rad or m]."""
+        return self._numbered("q")
+
+    @cached_property
+    def qd(self) -> FloatArray:
+        """Joint velocities, (N + 1, dof) [rad/s or m/s]."""
+        return self._numbered("qd")
+
+    @cached_property
+    def u(self) -> FloatArray:
+        """Actuated velocities, (N + 1, n_actions)."""
+        return self._numbered("u")
+
+    @cached_property
+    def action(self) -> FloatArray:
+        """The planner's actions, (N + 1, n_actions); the last row is NaN."""
+        return self._numbered("action")
+
+    @cached_property
+    def applied(self) -> FloatArray:
+        """The actions after the robot's limits, (N + 1, n_actions); the last row is NaN."""
+        return self._numbered("applied")
+
+    def link(self, name: str) -> FloatArray:
+        """Position of a link's frame in the world, (N + 1, 3) [m]; z = 0 in planar problems."""
+        return self._position("link", name)
+
+    def obstacle(self, name: str) -> FloatArray:
+        """Position of an obstacle in the world, (N + 1, 3) [m]; z = 0 in planar problems."""
+        return self._position("obstacle", name)
+
+    def goal(self, name: str) -> FloatArray:
+        """Target of a sub-goal, (N + 1, size) in the sub-goal's own unit."""
+        return self._numbered(f"goal_{name}_")
+
+    def goal_error(self, name: str) -> FloatArray:
+        """Distance of the robot to a sub-goal, (N + 1,) in the sub-goal's own unit [m or rad]."""
+        return self.column(f"goal_{name}_error")
+
+    @property
+    def clearance(self) -> FloatArray:
+        """Signed distance of the robot to the nearest obstacle, (N + 1,) [m]; NaN without obstacles."""
+        return self.column("clearance_m")
+
+    @property
+    def self_clearance(self) -> FloatArray:
+        """Signed distance between the robot's own bodies, (N + 1,) [m]; NaN without pairs to check."""
+        return self.column("self_clearance_m")
+
+    @property
+    def solver_wall_ms(self) -> FloatArray:
+        """Wall time of each call of the planner, (N + 1,) [ms]; NaN in rows without a call."""
+        return self.column("solver_wall_ms")
+
+    @property
+    def solver_cpu_ms(self) -> FloatArray:
+        """Thread CPU time of each call of the planner, (N + 1,) [ms]; NaN in rows without a call."""
+        return self.column("solver_cpu_ms")
+
+    def planner(self, key: str) -> FloatArray:
+        """A diagnostic that the planner recorded at each call, (N + 1,)."""
+        return self.column(f"planner_{key}")
+
+    @property
+    def outcome(self) -> str:
+        """How the trial ended: one of the outcomes of `pytest_lpb.trial.outcome`."""
+        return str(self.metadata["outcome"])
+
+    def column(self, name: str) -> NDArray[Any]:
+        """A column of the trial file, (N + 1,). Raises RecordingError for a name that is not in the file."""
+        try:
+            return self.columns[name]
+        except KeyError:
+            hint = suggestion(name, self.columns)
+            raise RecordingError(
+                f"no column {name!r} in this trial{hint}; recorded are {listed(self.columns)}"
+            ) from None
+
+    def _numbered(self, prefix: str) -> FloatArray:
+        names = []
+        while f"{prefix}{len(names)}" in self.columns:
+            names.append(f"{prefix}{len(names)}")
+        if not names:
+            self.column(f"{prefix}0")
+        return np.column_stack([self.columns[name] for name in names])
+
+    def _position(self, kind: str, name: str) -> FloatArray:
+        self.column(f"{kind}_{name}_x")
+        position = np.zeros((len(self), 3))
+        for axis, letter in enumerate(AXES[: self.problem.dimension]):
+            position[:, axis] = self.columns[f"{kind}_{name}_{letter}"]
+        return position
