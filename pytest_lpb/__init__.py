@@ -3,6 +3,7 @@
 Importing this package loads nothing heavy: the public names below are imported on first use (PEP 562).
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,10 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(_EXPORTS[name]), name)
     globals()[name] = value
     return value
+
+
+if "gymnasium" in sys.modules:  # who uses gymnasium expects `import pytest_lpb` to register the environment
+    import_module("pytest_lpb.environment")
 
 
 def __dir__() -> list[str]:

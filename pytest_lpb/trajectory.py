@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.names import listed, suggestion
-from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.hold import first_held_row, rows_to_hold
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.problem import Problem
 
 FloatArray = NDArray[np.float64]
 
@@ -28,10 +31,14 @@ class Trajectory:
         problem: the concrete problem.
     """
 
-    def __init__(self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem) -> None:
+    def __init__(
+        self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem
+    ) -> None:
         self.columns = columns
         self.metadata = metadata
         self.problem = problem
+        # What KPIs have computed from the raw data and share with each other; raw data never change.
+        self.derived: dict[object, Any] = {}
 
     def __len__(self) -> int:
         return len(self.columns["t"])
@@ -105,6 +112,19 @@ class Trajectory:
     def planner(self, key: str) -> FloatArray:
         """A diagnostic that the planner recorded at each call, (N + 1,)."""
         return self.column(f"planner_{key}")
+
+    @cached_property
+    def goal_row(self) -> int | None:
+        """First row of the first interval within every tolerance that lasts the hold time; None without one.
+
+        None too when no sub-goal has a tolerance: then there is nothing to reach.
+        """
+        errors = [(self.goal_error(goal.name), goal.tolerance) for goal in self.problem.goal]
+        checks = [error <= tolerance for error, tolerance in errors if tolerance is not None]
+        if not checks:
+            return None
+        within = np.logical_and.reduce(checks)
+        return first_held_row(within, rows_to_hold(self.problem.hold_time, self.problem.dt))
 
     @property
     def outcome(self) -> str:

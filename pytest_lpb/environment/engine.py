@@ -1,0 +1,46 @@
+"""The seam between environment and simulator. A new engine is one file and one line in `ENGINES`."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, Protocol
+
+from pytest_lpb.problem.problem import Problem
+
+Clearance = tuple[float, str, str]  # signed distance [m] (NaN: nothing to measure), body, obstacle or other body
+
+# Engine name -> "module:Class".
+ENGINES: dict[str, str] = {"planar": "pytest_lpb.environment.planar:PlanarEngine"}
+
+
+class Engine(Protocol):
+    """Simulates one robot among obstacles; the environment does goals, limits and bookkeeping."""
+
+    q: list[float]  # joint positions [rad or m]
+    u: list[float]  # actuated velocities
+    qd: list[float]  # joint velocities
+    frames: Any  # link frames as the problem's sub-goals read them
+
+    def __init__(self, problem: Problem) -> None: ...
+
+    def set_state(self, q: list[float], u: list[float]) -> None:
+        """Put the robot into a state."""
+
+    def advance(self, action: list[float]) -> None:
+        """Move by one step under a constant action that is within the limits."""
+
+    def place_obstacles(self, positions: list[list[float]], angles: list[float]) -> None:
+        """Move all obstacles, in the problem's order; positions [m], angles [rad]."""
+
+    def clearance(self) -> tuple[Clearance, Clearance]:
+        """Signed distance to the nearest obstacle, and between the robot's own bodies."""
+
+    def close(self) -> None:
+        """Free what the engine holds."""
+
+
+def engine_for(problem: Problem) -> Engine:
+    """The engine that a problem names, with the problem loaded."""
+    module, _, name = ENGINES[problem.engine].partition(":")
+    engine: Engine = getattr(import_module(module), name)(problem)
+    return engine

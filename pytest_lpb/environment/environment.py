@@ -1,0 +1,216 @@
+"""`lpb/Scenario-v0`: a scenario as a gymnasium environment. The trial loop and reinforcement learning use the same."""
+
+from __future__ import annotations
+
+from math import isfinite
+from pathlib import Path
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.environment.engine import Engine, engine_for
+from pytest_lpb.environment.limits import ActionLimits
+from pytest_lpb.environment.monitor import Monitor
+from pytest_lpb.environment.observation import Observation
+from pytest_lpb.environment.spaces import action_space, observation_space
+from pytest_lpb.errors import LpbError
+from pytest_lpb.problem.preview import Preview
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.scenario.draw import draw_problem, largest_obstacle_count
+from pytest_lpb.scenario.load import Scenario, load_scenario
+
+Observations = dict[str, Any]
+
+
+class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
+    """One robot, its goal and its obstacles.
+
+    Args:
+        scenario: a scenario or the path of its file; `reset(seed=K)` then sets up problem K.
+        problem: a concrete problem instead; every reset sets it up again.
+        render_mode: None, `human` or `rgb_array`.
+        preview: what the planner wants to see of the future.
+        reuse_observations: hand out the same read-only arrays at each step instead of copies.
+
+    Raises ScenarioError for a scenario that cannot be used.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 20}
+
+    def __init__(
+        self,
+        scenario: Scenario | Path | str | None = None,
+        *,
+        problem: Problem | None = None,
+        render_mode: str | None = None,
+        preview: Preview | None = None,
+        reuse_observations: bool = False,
+    ) -> None:
+        if (scenario is None) == (problem is None):
+            raise LpbError("ScenarioEnvironment needs a scenario or a problem, and not both")
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise LpbError(f"render_mode {render_mode!r} is unknown; allowed: human, rgb_array, None")
+        self.scenario = load_scenario(Path(scenario)) if isinstance(scenario, str | Path) else scenario
+        self.render_mode = render_mode
+        self._preview = preview
+        self._reuse = reuse_observations
+        self._window: Any = None
+        self._capacity: int | None = None
+        self.engine: Engine | None = None
+        first = problem if problem is not None else self._draw(None)
+        if self.scenario is not None:
+            self._capacity = largest_obstacle_count(self.scenario)
+        self._load(first)
+        self.action_space = action_space(first)
+        self.observation_space = observation_space(self._observation.views)
+        self._restart()
+
+    def _draw(self, seed: int | None) -> Problem:
+        assert self.scenario is not None
+        return draw_problem(self.scenario, self.scenario.seed if seed is None else seed)
+
+    def _load(self, problem: Problem) -> None:
+        if self.engine is not None:
+            self.engine.close()
+        self.problem = problem
+        capacity = len(problem.obstacles) if self._capacity is None else self._capacity
+        self.engine = engine_for(problem)
+        self._limits = ActionLimits(problem.robot, problem.dt)
+        self._observation = Observation(problem, self._preview, capacity)
+
+    def _restart(self) -> None:
+        """Back to row 0 of the loaded problem."""
+        problem, engine = self.problem, self.running_engine
+        self.row = 0
+        self.applied: list[float] = []
+        self.saturated_steps = 0
+        self.outcome: str | None = None
+        self.monitor = Monitor(problem)
+        for index, timeline in enumerate(self._observation.goals):
+            self.monitor.set_target(index, timeline.at(0)[0][0].tolist())
+        engine.set_state(problem.start_q.tolist(), problem.start_u.tolist())
+        self._observation.update(0, engine.q, engine.qd, engine.u)
+        engine.place_obstacles(*self._observation.obstacle_poses())
+        self.monitor.check(0, engine)
+        self._distance = self.monitor.goal_errors[self.monitor.primary]
+        self._finish()
+
+    @property
+    def running_engine(self) -> Engine:
+        """The engine. Raises LpbError after `close`."""
+        if self.engine is None:
+            raise LpbError("this environment is closed; make a new one")
+        return self.engine
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start a trial.
+
+        Args:
+            seed: sets up problem `seed` of the scenario; without it the next problem is drawn at random.
+            options: `{"problem": Problem}` sets up that one.
+        """
+        first = self.np_random_seed is None if seed is None else False
+        super().reset(seed=seed)
+        given = (options or {}).get("problem")
+        if given is not None:
+            self._load(given)
+        elif self.scenario is not None:
+            if seed is None:
+                seed = self.scenario.seed if first else int(self.np_random.integers(2**31))
+            self._load(self._draw(seed))
+        self._restart()
+        self._render_if_human()
+        return self.observe(), self._info()
+
+    def step(
+        self, action: NDArray[np.float64] | list[float]
+    ) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
+        """Apply an action (n_actions,) for one step of dt. Actions beyond the limits are clipped and counted."""
+        values = self._checked(action)
+        engine, monitor = self.running_engine, self.monitor
+        self.applied = self._limits.apply(values, engine.u)
+        if self.applied != values:
+            self.saturated_steps += 1
+        engine.advance(self.applied)
+        self.row += 1
+        self._observe_row(engine)
+        monitor.check(self.row, engine)
+        self._finish()
+        distance = monitor.goal_errors[monitor.primary]
+        reward = self._distance - distance
+        self._distance = distance
+        violation = monitor.violation
+        if violation is not None and violation.row == self.row:
+            reward -= 1.0
+        self._render_if_human()
+        return self.observe(), reward, self.terminated, self.truncated, self._info()
+
+    def _checked(self, action: NDArray[np.float64] | list[float]) -> list[float]:
+        values: list[float] = action if isinstance(action, list) else np.asarray(action, dtype=float).tolist()
+        if not isinstance(values, list) or len(values) != self.problem.robot.n_actions:
+            raise LpbError(f"action {action!r} must have shape ({self.problem.robot.n_actions},)")
+        if not all(map(isfinite, values)):
+            raise LpbError(f"action {values} must be finite")
+        return values
+
+    def _observe_row(self, engine: Engine) -> None:
+        observation = self._observation
+        observation.update(self.row, engine.q, engine.qd, engine.u)
+        for index, timeline in enumerate(observation.goals):
+            if timeline.moving:
+                self.monitor.set_target(index, timeline.at(self.row)[0][0].tolist())
+        if observation.obstacles_move:
+            engine.place_obstacles(*observation.obstacle_poses())
+
+    def _finish(self) -> None:
+        monitor, ends = self.monitor, self.problem.end_at
+        self.terminated = (monitor.goal_row is not None and "goal" in ends) or (
+            monitor.violation is not None and "violation" in ends
+        )
+        self.truncated = self.row >= self.problem.steps
+        if self.terminated or self.truncated:
+            self.outcome = monitor.outcome(self.row)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the trial is over."""
+        return self.terminated or self.truncated
+
+    def observe(self) -> Observations:
+        """The observation of the current row."""
+        return self._observation.views if self._reuse else self._observation.copy()
+
+    def _info(self) -> dict[str, Any]:
+        monitor = self.monitor
+        return {
+            "goal_distance": monitor.goal_errors[monitor.primary],
+            "clearance": monitor.clearance[0],
+            "outcome": self.outcome or "running",
+        }
+
+    def render(self) -> Any:
+        """A picture of the current row: (height, width, 3) uint8 with `rgb_array`; a window with `human`."""
+        if self.render_mode is None:
+            return None
+        if self._window is None:
+            from pytest_lpb.environment.picture import ScenePicture
+
+            self._window = ScenePicture(show=self.render_mode == "human", fps=1.0 / self.problem.dt)
+        return self._window.draw(self.problem, self.row, self.running_engine)
+
+    def _render_if_human(self) -> None:
+        if self.render_mode == "human":
+            self.render()
+
+    def close(self) -> None:
+        """Close the engine and the window."""
+        if self.engine is not None:
+            self.engine.close()
+            self.engine = None
+        if self._window is not None:
+            self._window.close()
+            self._window = None

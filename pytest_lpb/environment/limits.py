@@ -1,0 +1,74 @@
+"""What a robot's limits leave of an action. Clipped actions are counted, never silently applied."""
+
+from __future__ import annotations
+
+from math import inf, isfinite
+
+from pytest_lpb.problem.robot import Robot
+
+POSITION_SLACK = 1e-9  # [rad or m] beyond a position limit before it counts as violated
+
+
+class ActionLimits:
+    """Velocity and acceleration limits of the actuated velocities, as scalars for the trial loop.
+
+    Under acceleration control the action is clipped to the acceleration limits, then reduced so that the velocity
+    stays within its limits at the end of the step. Under velocity control the action is clipped to the velocity
+    limits, then its change to what the acceleration limits allow within a step.
+    """
+
+    def __init__(self, robot: Robot, dt: float) -> None:
+        self._dt = dt
+        self._velocity = [tuple(row) for row in robot.limits.velocity.tolist()]
+        self._acceleration = [tuple(row) for row in robot.limits.acceleration.tolist()]
+        self._unlimited = not any(isfinite(x) for row in (*self._velocity, *self._acceleration) for x in row)
+        self._apply = self._by_velocity if robot.control == "velocity" else self._by_acceleration
+
+    def apply(self, action: list[float], u: list[float]) -> list[float]:
+        """The action that the robot carries out at actuated velocity u, (n_actions,)."""
+        if self._unlimited:
+            return action
+        return self._apply(action, u)
+
+    def _by_acceleration(self, action: list[float], u: list[float]) -> list[float]:
+        dt = self._dt
+        applied = []
+        for a, v, (slowest, fastest), (lowest, highest) in zip(
+            action, u, self._velocity, self._acceleration, strict=True
+        ):
+            a = min(max(a, lowest), highest)
+            after = v + a * dt
+            if after > fastest:
+                a = (fastest - v) / dt
+            elif after < slowest:
+                a = (slowest - v) / dt
+            applied.append(a)
+        return applied
+
+    def _by_velocity(self, action: list[float], u: list[float]) -> list[float]:
+        dt = self._dt
+        applied = []
+        for wanted, v, (slowest, fastest), (lowest, highest) in zip(
+            action, u, self._velocity, self._acceleration, strict=True
+        ):
+            wanted = min(max(wanted, slowest), fastest)
+            applied.append(min(max(wanted, v + lowest * dt), v + highest * dt))
+        return applied
+
+
+class PositionLimits:
+    """Position limits that are finite, for the joint-limit check of each row."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._limits = [
+            (index, lower - POSITION_SLACK, upper + POSITION_SLACK)
+            for index, (lower, upper) in enumerate(robot.limits.position.tolist())
+            if lower > -inf or upper < inf
+        ]
+
+    def violated(self, q: list[float]) -> int | None:
+        """Index of the first joint beyond its limits, or None."""
+        for index, lower, upper in self._limits:
+            if not lower <= q[index] <= upper:
+                return index
+        return None

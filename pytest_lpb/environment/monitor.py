@@ -1,0 +1,96 @@
+"""Watches a trial row by row: goal held, first violation, standstill; and names the outcome."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+
+from pytest_lpb.environment.engine import Clearance, Engine
+from pytest_lpb.environment.limits import PositionLimits
+from pytest_lpb.problem.problem import Problem
+
+STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
+STALL_TIME_S = 5.0  # standstill at the end of a trial that makes a timeout `stalled`
+
+
+@dataclass(frozen=True)
+class Violation:
+    """The first violation of a trial."""
+
+    outcome: str  # collision, self_collision or joint_limit
+    row: int
+    clearance: Clearance = (nan, "", "")
+    joint: int | None = None
+
+
+class Monitor:
+    """State of a trial's goal and violations.
+
+    Attributes: goal_errors (one per sub-goal, [m or rad]), clearance and self_clearance of the current row,
+    violation (the first, or None), goal_row (first row of the first held interval, or None).
+    """
+
+    goal_errors: list[float]
+    clearance: Clearance
+    self_clearance: Clearance
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._position_limits = PositionLimits(problem.robot)
+        self._hold_rows = problem.hold_rows
+        self._goals = list(enumerate(problem.goal))
+        self._targets: list[list[float]] = [[] for _ in problem.goal]
+        self._required = [(i, goal.tolerance) for i, goal in self._goals if goal.tolerance is not None]
+        self.primary = problem.goal.index(problem.primary)
+        self.violation: Violation | None = None
+        self.goal_row: int | None = None
+        self._entered: int | None = None
+        self._moved_at = 0
+
+    def set_target(self, index: int, target: list[float]) -> None:
+        """Move the target of a sub-goal."""
+        self._targets[index] = target
+
+    def check(self, row: int, engine: Engine) -> None:
+        """Measure the engine's state, which is that of this row."""
+        q, frames = engine.q, engine.frames
+        self.goal_errors = [goal.distance(goal.value(q, frames), self._targets[i]) for i, goal in self._goals]
+        self._check_goal(row)
+        self.clearance, self.self_clearance = engine.clearance()
+        if self.violation is None:
+            self._check_violation(row, q)
+        for speed in engine.u:
+            if not -STALL_SPEED < speed < STALL_SPEED:
+                self._moved_at = row
+                break
+
+    def _check_goal(self, row: int) -> None:
+        for index, tolerance in self._required:
+            if not self.goal_errors[index] <= tolerance:
+                self._entered = None
+                return
+        if self._entered is None:
+            self._entered = row
+        if self.goal_row is None and self._hold_rows is not None and row - self._entered >= self._hold_rows:
+            self.goal_row = self._entered
+
+    def _check_violation(self, row: int, q: list[float]) -> None:
+        if self.clearance[0] < 0.0:
+            self.violation = Violation("collision", row, self.clearance)
+        elif self.self_clearance[0] < 0.0:
+            self.violation = Violation("self_collision", row, self.self_clearance)
+        else:
+            joint = self._position_limits.violated(q)
+            if joint is not None:
+                self.violation = Violation("joint_limit", row, joint=joint)
+
+    def outcome(self, last_row: int) -> str:
+        """What a trial that ends with this row has come to: the first violation, success, stalled or timeout."""
+        if self.violation is not None:
+            return self.violation.outcome
+        if self._hold_rows is None:
+            self.goal_row = self._entered
+        if self.goal_row is not None:
+            return "success"
+        still_for = (last_row - self._moved_at) * self._problem.dt
+        return "stalled" if still_for >= STALL_TIME_S else "timeout"

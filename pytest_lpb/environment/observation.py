@@ -1,0 +1,147 @@
+"""What a planner sees: one dictionary of arrays that are filled again at each step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pytest_lpb.environment.timeline import Timeline
+from pytest_lpb.problem.preview import Preview
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.robot import FloatArray
+
+
+class Predictor:
+    """Fills one preview array by the environment's `prediction`."""
+
+    def __init__(self, timeline: Timeline, preview: Preview, prediction: str) -> None:
+        self._timeline = timeline
+        self._ahead = np.arange(1, preview.steps + 1) * preview.step_s  # [s]
+        self._exact = prediction == "exact"
+        self._still = prediction == "none"
+
+    def predict(self, t: float, position: FloatArray, velocity: FloatArray) -> FloatArray:
+        """Predicted positions (n, steps, size) of n things at `position` with `velocity`, each (n, size)."""
+        if self._exact:
+            return self._timeline.positions(t + self._ahead)
+        ahead = np.zeros_like(self._ahead) if self._still else self._ahead
+        predicted: FloatArray = position[:, None, :] + ahead[:, None] * velocity[:, None, :]
+        return predicted
+
+
+class Observation:
+    """Buffers of one problem's observation; `views` are their read-only faces, handed to the planner.
+
+    Args:
+        problem: the concrete problem.
+        preview: what the planner wants to see of the future, or None.
+        capacity: rows of the obstacle arrays; those beyond the problem's obstacles stay zero.
+    """
+
+    def __init__(self, problem: Problem, preview: Preview | None, capacity: int) -> None:
+        self._problem = problem
+        self._buffers: dict[str, FloatArray] = {}
+        robot = problem.robot
+        self._t = self._buffer("t", ())
+        self._q = self._buffer("q", (robot.dof,))
+        self._qd = self._buffer("qd", (robot.dof,))
+        self._u = self._buffer("u", (robot.n_actions,)) if robot.non_holonomic else self._alias("u", "qd")
+        self._same = self._u is self._qd
+        self.goals = [Timeline([goal.motion], goal.motion.size, problem.dt) for goal in problem.goal]
+        self._goal_buffers = [self._add_goal(goal.name, goal.motion.size) for goal in problem.goal]
+        for suffix in ("position", "velocity", "acceleration"):
+            source = f"goal_{problem.primary.name}" + ("" if suffix == "position" else f"_{suffix}")
+            self._alias(f"goal_{suffix}", source)
+        self._add_obstacles(capacity)
+        self._previews: list[tuple[FloatArray, Predictor, FloatArray, FloatArray]] = []
+        if preview is not None:
+            self._add_previews(preview)
+        self.views = {name: _read_only(buffer) for name, buffer in self._buffers.items()}
+        self._fill_goals(0, every=True)
+        self._fill_obstacles(0, every=True)
+
+    def _buffer(self, name: str, shape: tuple[int, ...]) -> FloatArray:
+        self._buffers[name] = np.zeros(shape)
+        return self._buffers[name]
+
+    def _alias(self, name: str, source: str) -> FloatArray:
+        self._buffers[name] = self._buffers[source]
+        return self._buffers[name]
+
+    def _add_goal(self, name: str, size: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return (
+            self._buffer(f"goal_{name}", (size,)),
+            self._buffer(f"goal_{name}_velocity", (size,)),
+            self._buffer(f"goal_{name}_acceleration", (size,)),
+        )
+
+    def _add_obstacles(self, capacity: int) -> None:
+        problem = self._problem
+        self.obstacles = Timeline([o.motion for o in problem.obstacles], problem.dimension, problem.dt)
+        self.turning = Timeline([o.turning for o in problem.obstacles], 1, problem.dt)
+        shape = (capacity, problem.dimension)
+        arrays = [self._buffer(f"obstacle_{name}", shape) for name in ("position", "velocity", "acceleration")]
+        orientation = self._buffer("obstacle_orientation", (capacity,))
+        count = len(problem.obstacles)
+        self._obstacle_buffers = [array[:count] for array in arrays]
+        self._orientation = orientation[:count]
+
+    def _add_previews(self, preview: Preview) -> None:
+        problem = self._problem
+        for goal, timeline, (position, velocity, _) in zip(
+            problem.goal, self.goals, self._goal_buffers, strict=True
+        ):
+            array = self._buffer(f"goal_{goal.name}_preview", (preview.steps, goal.motion.size))
+            predictor = Predictor(timeline, preview, problem.prediction)
+            self._previews.append((array[None], predictor, position[None], velocity[None]))
+        capacity = len(self._buffers["obstacle_position"])
+        array = self._buffer("obstacle_position_preview", (capacity, preview.steps, problem.dimension))
+        predictor = Predictor(self.obstacles, preview, problem.prediction)
+        position, velocity, _ = self._obstacle_buffers
+        self._previews.append((array[: len(position)], predictor, position, velocity))
+
+    def update(self, row: int, q: list[float], qd: list[float], u: list[float]) -> None:
+        """Fill in the state at t = row dt."""
+        t = row * self._problem.dt
+        self._t[()] = t
+        self._q[:] = q
+        self._qd[:] = qd
+        if not self._same:
+            self._u[:] = u
+        self._fill_goals(row, every=False)
+        self._fill_obstacles(row, every=False)
+        for array, predictor, position, velocity in self._previews:
+            array[:] = predictor.predict(t, position, velocity)
+
+    def _fill_goals(self, row: int, *, every: bool) -> None:
+        for timeline, buffers in zip(self.goals, self._goal_buffers, strict=True):
+            if timeline.moving or every:
+                for buffer, values in zip(buffers, timeline.at(row), strict=True):
+                    buffer[:] = values[0]
+
+    def _fill_obstacles(self, row: int, *, every: bool) -> None:
+        if self.obstacles.moving or every:
+            for buffer, values in zip(self._obstacle_buffers, self.obstacles.at(row), strict=True):
+                buffer[:] = values
+        if self.turning.moving or every:
+            self._orientation[:] = self.turning.at(row)[0][:, 0]
+
+    @property
+    def obstacles_move(self) -> bool:
+        """Whether any obstacle moves or turns."""
+        return self.obstacles.moving or self.turning.moving
+
+    def obstacle_poses(self) -> tuple[list[list[float]], list[float]]:
+        """Positions and angles of the problem's obstacles now, for the engine."""
+        return self._obstacle_buffers[0].tolist(), self._orientation.tolist()
+
+    def copy(self) -> dict[str, Any]:
+        """The observation as arrays of the caller's own."""
+        return {name: view.copy() for name, view in self.views.items()}
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,63 @@
+"""KPIs about the path: how far the link of the primary goal, and the joints, have moved."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pytest_lpb.kpis.derived import measured, norms, of_joint_type, positions, segment_lengths
+from pytest_lpb.kpis.registry import kpi
+from pytest_lpb.trajectory import Trajectory
+
+
+@kpi("path_length_m", "m", "lower", "solved", group="path")
+def path_length(trajectory: Trajectory) -> float:
+    """Length of the polyline through all p_k [m]."""
+    return float(segment_lengths(trajectory).sum())
+
+
+@kpi("path_length_to_goal_m", "m", "lower", "solved", group="path")
+def path_length_to_goal(trajectory: Trajectory) -> float:
+    """Length of the polyline through p_k up to time_to_goal [m]; NaN when the goal is not reached."""
+    row = trajectory.goal_row
+    return math.nan if row is None else float(segment_lengths(trajectory)[:row].sum())
+
+
+def _joint_path_length(trajectory: Trajectory, joint_type: str) -> float:
+    joints = of_joint_type(trajectory, joint_type)
+    if not joints.any():
+        return math.nan
+    return float(norms(np.diff(measured(trajectory.q[:, joints]), axis=0)).sum())
+
+
+@kpi("joint_path_length_rad", "rad", "lower", "solved", group="path")
+def joint_path_length_rad(trajectory: Trajectory) -> float:
+    """Length of the polyline in the space of revolute joints [rad]; NaN without any."""
+    return _joint_path_length(trajectory, "revolute")
+
+
+@kpi("joint_path_length_m", "m", "lower", "solved", group="path")
+def joint_path_length_m(trajectory: Trajectory) -> float:
+    """Length of the polyline in the space of prismatic joints, points and bases [m]; NaN without any."""
+    return _joint_path_length(trajectory, "prismatic")
+
+
+@kpi("path_length_ratio", "1", "lower", "solved", group="path")
+def path_length_ratio(trajectory: Trajectory) -> float:
+    """Path length to the goal over the straight distance from p_0 to the goal as it is when reached.
+
+    NaN unless the primary goal is a point in the world for the link's frame that lies outside its tolerance at the
+    start: otherwise there is no straight distance to compare with.
+    """
+    problem, row = trajectory.problem, trajectory.goal_row
+    goal = problem.primary
+    if row is None or goal.type != "position" or getattr(goal, "relative_to", None) is not None:
+        return math.nan
+    target = trajectory.goal(goal.name)[row]
+    if len(target) != problem.dimension:
+        return math.nan
+    distance = math.dist(positions(trajectory)[0, : problem.dimension], target)
+    if distance <= (goal.tolerance or 0.0):
+        return math.nan
+    return path_length_to_goal(trajectory) / distance

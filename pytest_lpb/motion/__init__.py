@@ -1,0 +1,16 @@
+"""Motions of targets and obstacles: fixed points, expressions in t, and splines."""
+
+from pytest_lpb.motion.expressions import Expression, parse_expression
+from pytest_lpb.motion.motion import ExpressionMotion, FixedMotion, Motion, angle_motion, motion_from
+from pytest_lpb.motion.spline import SplineMotion
+
+__all__ = [
+    "Expression",
+    "ExpressionMotion",
+    "FixedMotion",
+    "Motion",
+    "SplineMotion",
+    "angle_motion",
+    "motion_from",
+    "parse_expression",
+]

@@ -1,0 +1,1 @@
+"""The concrete problem of one trial: robot, environment settings, start, goal, obstacles."""

@@ -1,0 +1,67 @@
+"""Sub-goals: a target that may move, and how far the robot is from it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any, ClassVar
+
+from pytest_lpb.motion import Motion, motion_from
+from pytest_lpb.problem.robot import Robot
+
+# (dimension, type) -> "module:Class". A new sub-goal type is one class and one line here.
+GOAL_TYPES: dict[tuple[int, str], str] = {
+    (2, "position"): "pytest_lpb.problem.planar.goals:PositionGoal",
+    (2, "orientation"): "pytest_lpb.problem.planar.goals:OrientationGoal",
+    (2, "joint"): "pytest_lpb.problem.planar.goals:JointGoal",
+    (2, "alignment"): "pytest_lpb.problem.planar.goals:AlignmentGoal",
+}
+
+
+class SubGoal(ABC):
+    """One constraint of a composed goal.
+
+    Args:
+        entry: the sub-goal's entry in a concrete problem.
+        robot: the robot it speaks of.
+    """
+
+    unit: ClassVar[str]  # of the error: m or rad
+
+    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
+        self.name: str = entry["name"]
+        self.type: str = entry["type"]
+        self.link: str | None = entry.get("link")
+        self.tolerance: float | None = entry.get("tolerance")
+        self.weight: float = float(entry.get("weight", 1.0))
+        self.primary: bool = bool(entry.get("primary", False))
+        self.motion: Motion = self._motion(entry)
+        self.robot = robot
+
+    @property
+    def moving(self) -> bool:
+        """Whether the target depends on time."""
+        return self.motion.moving
+
+    def _motion(self, entry: Mapping[str, Any]) -> Motion:
+        return motion_from(entry, key="target")
+
+    @abstractmethod
+    def value(self, q: Sequence[float], frames: Any) -> list[float]:
+        """What the robot has now, in the target's coordinates; `frames` are the engine's link frames."""
+
+    @abstractmethod
+    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
+        """Distance of a value to a target, in the sub-goal's unit [m or rad]."""
+
+
+def goal_from(entries: Sequence[Mapping[str, Any]], robot: Robot) -> tuple[SubGoal, ...]:
+    """The sub-goals of a concrete problem; exactly one of them is primary."""
+    goals = []
+    for entry in entries:
+        module, _, name = GOAL_TYPES[robot.dimension, entry["type"]].partition(":")
+        goals.append(getattr(import_module(module), name)(entry, robot))
+    if not any(goal.primary for goal in goals):
+        goals[0].primary = True
+    return tuple(goals)

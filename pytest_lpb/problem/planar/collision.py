@@ -1,0 +1,74 @@
+"""Clearance of a planar robot: signed distances of its bodies to obstacles and to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot, inf, nan
+
+from pytest_lpb.problem.obstacle import Obstacle
+from pytest_lpb.problem.planar.geometry import segment_to_segment
+from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
+from pytest_lpb.problem.planar.shapes import SHAPES, PlacedShape
+
+Capsule = tuple[float, float, float, float, float]  # ax, ay, bx, by, radius [m]
+Clearance = tuple[float, str, str]  # distance [m] (NaN: nothing to measure), body, obstacle or other body
+
+
+class PlanarCollision:
+    """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed."""
+
+    def __init__(self, robot: PlanarRobot, obstacles: Sequence[Obstacle]) -> None:
+        self.shapes: list[PlacedShape] = [SHAPES[obstacle.shape](obstacle.entry) for obstacle in obstacles]
+        self._names = [obstacle.name for obstacle in obstacles]
+        bodies = robot.collision_bodies
+        self._bodies = [
+            (body.name, robot.link_index(body.link), capsule) for body in bodies for capsule in body.capsules
+        ]
+        owners: dict[str, list[int]] = {body.name: [] for body in bodies}
+        for index, (name, _, _) in enumerate(self._bodies):
+            owners[name].append(index)
+        self._pairs = [
+            (i, j) for first, second in robot.self_collision_pairs for i in owners[first] for j in owners[second]
+        ]
+
+    def capsules(self, frames: Sequence[Frame]) -> list[Capsule]:
+        """The robot's bodies in the world, one capsule each."""
+        placed = []
+        for _, link, (ax, ay, bx, by, radius) in self._bodies:
+            x, y, c, s = frames[link]
+            start_x, start_y = x + c * ax - s * ay, y + s * ax + c * ay
+            if ax == bx and ay == by:
+                placed.append((start_x, start_y, start_x, start_y, radius))
+            else:
+                placed.append((start_x, start_y, x + c * bx - s * by, y + s * bx + c * by, radius))
+        return placed
+
+    def clearance(self, capsules: Sequence[Capsule]) -> Clearance:
+        """Signed distance to the nearest obstacle [m], with the body's and the obstacle's name; NaN without obstacles."""
+        nearest, nearest_body, nearest_obstacle = inf, -1, -1
+        for body, (ax, ay, bx, by, radius) in enumerate(capsules):
+            middle_x, middle_y = 0.5 * (ax + bx), 0.5 * (ay + by)
+            reach = radius + 0.5 * hypot(bx - ax, by - ay)
+            for obstacle, shape in enumerate(self.shapes):
+                # The discs around both bound the distance from below: most pairs need no more than this.
+                bound = hypot(shape.x - middle_x, shape.y - middle_y) - shape.circumradius - reach
+                if bound < nearest:
+                    distance = shape.distance_to_segment(ax, ay, bx, by) - radius
+                    if distance < nearest:
+                        nearest, nearest_body, nearest_obstacle = distance, body, obstacle
+        if nearest_body < 0:
+            return nan, "", ""
+        return nearest, self._bodies[nearest_body][0], self._names[nearest_obstacle]
+
+    def self_clearance(self, capsules: Sequence[Capsule]) -> Clearance:
+        """Signed distance between the nearest pair of the robot's own bodies [m]; NaN without pairs."""
+        if not self._pairs:
+            return nan, "", ""
+        nearest, pair = inf, self._pairs[0]
+        for candidate in self._pairs:
+            ax, ay, bx, by, first = capsules[candidate[0]]
+            cx, cy, dx, dy, second = capsules[candidate[1]]
+            distance = segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy) - first - second
+            if distance < nearest:
+                nearest, pair = distance, candidate
+        return nearest, self._bodies[pair[0]][0], self._bodies[pair[1]][0]

@@ -1,0 +1,115 @@
+"""Sub-goals of planar problems. Frames are (x, y, cos, sin) per link, in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import atan2, hypot, pi, remainder
+from typing import Any, ClassVar
+
+from pytest_lpb.problem.goal import SubGoal
+from pytest_lpb.problem.planar.robot import Frame
+from pytest_lpb.problem.robot import Robot
+
+
+def angle_error(value: float, target: float) -> float:
+    """Absolute difference of two angles [rad], wrapped to [0, pi]."""
+    return abs(remainder(value - target, 2.0 * pi))
+
+
+class PositionGoal(SubGoal):
+    """A link's frame, or a `point` in it, at a position; of a world axis or two, or relative to another link."""
+
+    unit: ClassVar[str] = "m"
+
+    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
+        super().__init__(entry, robot)
+        self.axes: tuple[int, ...] = tuple(entry.get("axes") or range(2))
+        self.point: tuple[float, float] = tuple(entry.get("point") or (0.0, 0.0))[:2]
+        self._index = robot.link_index(entry["link"])
+        relative = entry.get("relative_to")
+        self._reference = None if relative in (None, "world") else robot.link_index(relative)
+
+    def value(self, q: Sequence[float], frames: Sequence[Frame]) -> list[float]:  # noqa: ARG002
+        """Position of the point, in the world or the reference link's frame [m]."""
+        x, y, c, s = frames[self._index]
+        px, py = self.point
+        position = (x + c * px - s * py, y + s * px + c * py)
+        if self._reference is not None:
+            rx, ry, rc, rs = frames[self._reference]
+            dx, dy = position[0] - rx, position[1] - ry
+            position = (rc * dx + rs * dy, rc * dy - rs * dx)
+        return [position[axis] for axis in self.axes]
+
+    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
+        """Euclidean distance [m]."""
+        if len(value) == 2:
+            return hypot(value[0] - target[0], value[1] - target[1])
+        return abs(value[0] - target[0])
+
+
+class OrientationGoal(SubGoal):
+    """A link's frame turned to an angle in the world."""
+
+    unit: ClassVar[str] = "rad"
+
+    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
+        super().__init__(entry, robot)
+        self._index = robot.link_index(entry["link"])
+
+    def value(self, q: Sequence[float], frames: Sequence[Frame]) -> list[float]:  # noqa: ARG002
+        """Angle of the link [rad]."""
+        _, _, c, s = frames[self._index]
+        return [atan2(s, c)]
+
+    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
+        """Geodesic distance [rad]."""
+        return angle_error(value[0], target[0])
+
+
+class JointGoal(SubGoal):
+    """Joints at given positions; the error is the largest of them."""
+
+    unit: ClassVar[str] = "rad"
+
+    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
+        super().__init__(entry, robot)
+        self.joints: tuple[int, ...] = tuple(robot.joint_names.index(name) for name in entry["joints"])
+        if all(robot.joint_types[index] == "prismatic" for index in self.joints):
+            self.unit = "m"  # type: ignore[misc] # an instance's own unit, by its joints
+
+    def value(self, q: Sequence[float], frames: Sequence[Frame]) -> list[float]:  # noqa: ARG002
+        """Positions of the joints [rad or m]."""
+        return [q[index] for index in self.joints]
+
+    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
+        """Largest absolute joint error [rad or m]."""
+        return max(abs(have - want) for have, want in zip(value, target, strict=True))
+
+
+class AlignmentGoal(SubGoal):
+    """An axis of a link along an axis of the world or of another link: the target is an angle of zero."""
+
+    unit: ClassVar[str] = "rad"
+
+    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
+        super().__init__({"target": [0.0], **entry}, robot)
+        self._index = robot.link_index(entry["link"])
+        self.axis: tuple[float, float] = tuple(entry["axis"])[:2]
+        other = entry.get("other", "world")
+        self._other = None if other == "world" else robot.link_index(other)
+        self.other_axis: tuple[float, float] = tuple(entry["other_axis"])[:2]
+
+    def value(self, q: Sequence[float], frames: Sequence[Frame]) -> list[float]:  # noqa: ARG002
+        """Angle between the two axes [rad], signed."""
+        ax, ay = _turned(self.axis, frames[self._index])
+        bx, by = self.other_axis if self._other is None else _turned(self.other_axis, frames[self._other])
+        return [atan2(bx * ay - by * ax, bx * ax + by * ay)]
+
+    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
+        """Angle between the axes [rad]."""
+        return angle_error(value[0], target[0])
+
+
+def _turned(axis: tuple[float, float], frame: Frame) -> tuple[float, float]:
+    _, _, c, s = frame
+    return c * axis[0] - s * axis[1], s * axis[0] + c * axis[1]

@@ -1,0 +1,57 @@
+"""What planar robots share: link frames as scalars, poses and Jacobians from them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pytest_lpb.problem.robot import FloatArray, Robot
+
+Frame = tuple[float, float, float, float]  # x [m], y [m], cos and sin of the angle, in the world
+
+
+class PlanarRobot(Robot):
+    """A robot in the plane. Angles turn from x to y; a frame's first axis points along its link."""
+
+    dimension: ClassVar[int] = 2
+
+    @abstractmethod
+    def frames(self, q: Sequence[float]) -> list[Frame]:
+        """Frames of all links at q, in the order of `link_names`."""
+
+    @abstractmethod
+    def integrate(
+        self, q: list[float], u: list[float], action: list[float], dt: float
+    ) -> tuple[list[float], list[float]]:
+        """State (q, u) after dt [s] under the constant action: du/dt under acceleration control, else u itself."""
+
+    def joint_velocity(self, q: Sequence[float], u: list[float]) -> list[float]:  # noqa: ARG002
+        """qd at q under the actuated velocity u."""
+        return u
+
+    def link_angle(self, q: Sequence[float], link: str) -> float:
+        """Angle of a link's frame in the world [rad], not wrapped."""
+        _, _, c, s = self.frames(q)[self.link_index(link)]
+        return float(np.arctan2(s, c))
+
+    def forward_kinematics(self, q: ArrayLike, link: str) -> FloatArray:
+        """Pose of a link's frame in the world, (3, 3) homogeneous. Raises ValueError for an unknown link."""
+        x, y, c, s = self.frames(np.asarray(q, dtype=float).tolist())[self.link_index(link)]
+        return np.array([[c, -s, x], [s, c, y], [0.0, 0.0, 1.0]])
+
+
+def integrate_holonomic(
+    control: str, q: list[float], u: list[float], action: list[float], dt: float
+) -> tuple[list[float], list[float]]:
+    """Exact motion of independent joints: q + u dt + a dt^2 / 2 under a constant acceleration, q + u dt under a velocity."""
+    if control == "velocity":
+        return [qi + ai * dt for qi, ai in zip(q, action, strict=True)], list(action)
+    half = 0.5 * dt * dt
+    return (
+        [qi + ui * dt + ai * half for qi, ui, ai in zip(q, u, action, strict=True)],
+        [ui + ai * dt for ui, ai in zip(u, action, strict=True)],
+    )

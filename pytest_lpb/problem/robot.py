@@ -1,0 +1,182 @@
+"""The robot of a problem: names, limits, kinematics. NumPy and scalars only; rebuilt from its dictionary."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.names import listed, suggestion
+
+FloatArray = NDArray[np.float64]
+
+NON_HOLONOMIC_BASES = ("differential_drive", "bicycle")
+
+# Robot models of this package: model name -> "module:Class". A new robot is one file and one line here.
+ROBOT_MODELS: dict[str, str] = {
+    "point": "pytest_lpb.problem.planar.point:Point",
+    "planar_arm": "pytest_lpb.problem.planar.arm:PlanarArm",
+    "differential_drive": "pytest_lpb.problem.planar.differential_drive:DifferentialDrive",
+}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Lower and upper limits; ±inf where there is none."""
+
+    position: FloatArray  # (dof, 2) [rad or m]
+    velocity: FloatArray  # (n_actions, 2) of u [rad/s or m/s]
+    acceleration: FloatArray  # (n_actions, 2) of du/dt [rad/s^2 or m/s^2]
+    effort: FloatArray  # (n_actions, 2) [N m or N]
+
+    def to_dict(self) -> dict[str, list[list[float]]]:
+        """As nested lists, with ±inf."""
+        return {name: getattr(self, name).tolist() for name in ("position", "velocity", "acceleration", "effort")}
+
+
+@dataclass(frozen=True)
+class CollisionBody:
+    """Part of the robot whose distance is measured: capsules fixed to a link."""
+
+    name: str
+    link: str
+    capsules: tuple[tuple[float, ...], ...]  # planar: (ax, ay, bx, by, radius) in the link's frame [m]
+
+
+class Robot(ABC):
+    """A robot's kinematics and limits. Poses are in the world frame.
+
+    Args:
+        entry: the `robot` section of a concrete problem (every default filled in).
+    """
+
+    dimension: ClassVar[int]
+
+    def __init__(self, entry: Mapping[str, Any]) -> None:
+        self.entry = dict(entry)
+        self.model: str = entry["model"]
+        self.name: str = entry["name"]
+        self.control: str = entry["control"]
+        self.base: str = entry["base"]
+        self.body_radius: float = float(entry["body_radius"])  # [m]
+        self.urdf_path: str | None = None
+        self.base_pose = np.eye(self.dimension + 1)
+        self.joint_names, self.joint_types = self._joints()
+        self.link_names = self._links()
+        self.dof = len(self.joint_names)
+        self.n_actions = self._count_actions()
+        self.limits = self._limits()
+        self.collision_bodies = self._collision_bodies()
+        self.self_collision_pairs = self._self_collision_pairs()
+
+    @abstractmethod
+    def _joints(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Joint names and joint types (`revolute` or `prismatic`), in the order of q."""
+
+    @abstractmethod
+    def _links(self) -> tuple[str, ...]:
+        """Link names; every one has a frame."""
+
+    @abstractmethod
+    def _geometry(self) -> tuple[CollisionBody, ...]:
+        """Bodies of the robot's own geometry, for `collision: geometry`."""
+
+    @abstractmethod
+    def _adjacent(self, first: str, second: str) -> bool:
+        """Whether two links are joined, so that their contact says nothing."""
+
+    @abstractmethod
+    def forward_kinematics(self, q: ArrayLike, link: str) -> FloatArray:
+        """Pose of a link's frame in the world at q (dof,): (4, 4), planar (3, 3). Raises ValueError: unknown link."""
+
+    @abstractmethod
+    def jacobian(self, q: ArrayLike, link: str) -> FloatArray:
+        """Velocity of a link's frame per qd, (6, dof), planar (3, dof); linear rows first, world axes."""
+
+    @abstractmethod
+    def link_positions(self, q: FloatArray) -> FloatArray:
+        """Positions of all link frames along a trajectory q (N, dof): (N, links, 2 or 3) [m]."""
+
+    def action_map(self, q: ArrayLike) -> FloatArray:  # noqa: ARG002 - constant for holonomic robots
+        """B with qd = B u, (dof, n_actions)."""
+        return np.eye(self.dof)
+
+    @property
+    def non_holonomic(self) -> bool:
+        """Whether u has fewer entries than q, since the base cannot move sideways."""
+        return self.base in NON_HOLONOMIC_BASES
+
+    def link_index(self, link: str) -> int:
+        """Position of a link in `link_names`. Raises ValueError for an unknown one."""
+        try:
+            return self.link_names.index(link)
+        except ValueError:
+            hint = suggestion(link, self.link_names)
+            raise ValueError(f"no link {link!r} in {self.name}{hint}; links: {', '.join(self.link_names)}") from None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The `robot` section this robot was built from."""
+        return dict(self.entry)
+
+    def _count_actions(self) -> int:
+        return self.dof
+
+    def _limits(self) -> Limits:
+        given = self.entry.get("limits") or {}
+        return Limits(
+            position=limit_array(given.get("position"), self.dof),
+            velocity=limit_array(given.get("velocity"), self.n_actions),
+            acceleration=limit_array(given.get("acceleration"), self.n_actions),
+            effort=limit_array(None, self.n_actions),
+        )
+
+    def _collision_bodies(self) -> tuple[CollisionBody, ...]:
+        collision = self.entry.get("collision", "geometry")
+        if collision == "geometry":
+            return self._geometry()
+        if "link_spheres" in collision:
+            radius = float(collision["link_spheres"])
+            return tuple(CollisionBody(link, link, ((0.0, 0.0, 0.0, 0.0, radius),)) for link in self.link_names)
+        return tuple(
+            CollisionBody(link, link, tuple((s[0], s[1], s[0], s[1], s[-1]) for s in spheres))
+            for link, spheres in collision["spheres"].items()
+        )
+
+    def _self_collision_pairs(self) -> tuple[tuple[str, str], ...]:
+        given = self.entry.get("self_collision_pairs")
+        if given is not None:
+            return tuple((str(first), str(second)) for first, second in given)
+        bodies = self.collision_bodies
+        return tuple(
+            (first.name, second.name)
+            for index, first in enumerate(bodies)
+            for second in bodies[index + 1 :]
+            if not self._adjacent(first.link, second.link)
+        )
+
+
+def limit_array(entries: Sequence[Sequence[float] | None] | None, count: int) -> FloatArray:
+    """Limits of a scenario as (count, 2); None, for one entry or for all, means unlimited."""
+    limits = np.tile([-np.inf, np.inf], (count, 1))
+    for index, entry in enumerate(entries or ()):
+        if entry is not None:
+            limits[index] = entry
+    return limits
+
+
+def robot_from(entry: Mapping[str, Any]) -> Robot:
+    """The robot of a concrete problem's `robot` section. Raises ScenarioError for an unknown model."""
+    model = entry["model"]
+    if model not in ROBOT_MODELS:
+        raise ScenarioError(
+            f"robot: model: unknown {model!r}{suggestion(model, ROBOT_MODELS)}; allowed: {listed(ROBOT_MODELS)}"
+        )
+    module, _, name = ROBOT_MODELS[model].partition(":")
+    robot: Robot = getattr(import_module(module), name)(entry)
+    return robot

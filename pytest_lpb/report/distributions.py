@@ -1,0 +1,146 @@
+"""Success bars with Wilson intervals, and the distribution of every KPI, planner by planner within each scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pytest_lpb.report.numbers import count, finite, interval, kpi_title, percent, show, unit_text
+from pytest_lpb.report.scale import Scale, scale_for
+from pytest_lpb.report.view import (
+    BarGroup,
+    BarRow,
+    BoxGroup,
+    BoxRow,
+    KpiFigure,
+    KpiLike,
+    PlannerStyle,
+    ReportData,
+)
+
+FloatArray = NDArray[np.float64]
+
+BOX_FROM = 5  # values from which quartiles are drawn
+MAX_POINTS = 200  # dots per row
+MAX_ROWS = 240  # planners x scenarios in one figure
+DIRECTIONS = {"lower": "lower is better", "higher": "higher is better"}
+
+
+def success_groups(summary: pd.DataFrame, styles: Mapping[str, PlannerStyle]) -> list[BarGroup]:
+    """Success rate of every planner: all scenarios first, then one by one."""
+    names = sorted(set(summary["scenario"]), key=lambda name: name != "all") if len(summary) else []
+    if len(names) == 2 and names[0] == "all":
+        names = names[1:]
+    groups = []
+    for name in names:
+        rows = summary[summary["scenario"] == name].to_dict("records")
+        title = "all scenarios" if name == "all" else str(name)
+        groups.append(BarGroup(title, [_bar(row, styles[row["planner"]]) for row in rows if row["planner"] in styles]))
+    return groups
+
+
+def _bar(row: Mapping[str, object], style: PlannerStyle) -> BarRow:
+    rate, low, high = (finite(row[f"success_{part}"]) for part in ("rate", "low", "high"))
+    return BarRow(
+        style=style,
+        rate=_percent(rate),
+        low=_percent(low),
+        high=_percent(high),
+        label=f"{percent(rate)} ({interval(low, high)})",
+    )
+
+
+def _percent(rate: float | None) -> float | None:
+    return None if rate is None else round(100 * min(max(rate, 0.0), 1.0), 2)
+
+
+def kpi_figures(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[KpiFigure], list[str]]:
+    """A figure for every KPI with values, and the names of those without."""
+    figures, empty = [], []
+    for kpi in data.kpis:
+        figure = _kpi_figure(data, kpi, styles) if kpi.name in data.trials else None
+        if figure is None:
+            empty.append(kpi.name)
+        else:
+            figures.append(figure)
+    return figures, empty
+
+
+def _kpi_figure(data: ReportData, kpi: KpiLike, styles: Mapping[str, PlannerStyle]) -> KpiFigure | None:
+    trials = data.trials[data.trials["success"].astype(bool)] if kpi.over == "solved" else data.trials
+    trials = trials.assign(**{kpi.name: trials[kpi.name].astype(float)})
+    trials = trials[np.isfinite(trials[kpi.name])]
+    if trials.empty:
+        return None
+    scale = scale_for(trials[kpi.name].to_numpy(), may_be_logarithmic=True)
+    unit = unit_text(kpi.unit)
+    groups, rows = [], 0
+    for scenario, members in trials.groupby("scenario", sort=False):
+        by_planner = {str(name): part[kpi.name].to_numpy() for name, part in members.groupby("planner")}
+        boxes = [_box(by_planner[name], style, scale, unit) for name, style in styles.items() if name in by_planner]
+        rows += len(boxes)
+        if rows > MAX_ROWS:
+            break
+        groups.append(BoxGroup(str(scenario), boxes))
+    zero = float(scale.place(np.zeros(1))[0]) if not scale.logarithmic and scale.low < 0 < scale.high else None
+    return KpiFigure(
+        name=kpi.name,
+        title=kpi_title(kpi.name, kpi.unit),
+        group=kpi.group,
+        notes=_notes(kpi, trials, scale, complete=rows <= MAX_ROWS),
+        ticks=scale.ticks(),
+        zero=None if zero is None else round(1000 * zero, 1),
+        groups=groups,
+    )
+
+
+def _notes(kpi: KpiLike, trials: pd.DataFrame, scale: Scale, *, complete: bool) -> list[str]:
+    notes = [DIRECTIONS[kpi.direction]] if kpi.direction in DIRECTIONS else []
+    notes.append("solved trials only" if kpi.over == "solved" else "all trials")
+    if scale.logarithmic:
+        notes.append("logarithmic axis")
+    if kpi.timing and trials["timing_contended"].astype(bool).any():
+        notes.append("† timing contended: other work ran on the same cores")
+    if not complete:
+        notes.append(f"the first {MAX_ROWS} rows only; all values are in trials.csv")
+    return notes
+
+
+def _box(values: FloatArray, style: PlannerStyle, scale: Scale, unit: str) -> BoxRow:
+    values = np.sort(values)
+    low, median, high = np.percentile(values, [25, 50, 75])
+    reach = 1.5 * (high - low)
+    ends = values[values >= low - reach].min(), values[values <= high + reach].max()
+    boxed = len(values) >= BOX_FROM
+    text = f"median {show(median)} {unit}".rstrip()
+    quartiles = f", quartiles {show(low)} and {show(high)}, range {show(values[0])} to {show(values[-1])}"
+    return BoxRow(
+        style=style,
+        points=_dots(scale.place(values)),
+        median=_thousandths(scale, [median])[0],
+        box=_pair(scale, low, high) if boxed else None,
+        whiskers=_pair(scale, *ends) if boxed else None,
+        label=show(median),
+        number=len(values),
+        description=f"{style.name}: {text}{quartiles if len(values) > 1 else ''} ({count(len(values), 'trial')})",
+    )
+
+
+def _pair(scale: Scale, low: float, high: float) -> tuple[float, float]:
+    places = _thousandths(scale, [low, high])
+    return places[0], places[1]
+
+
+def _thousandths(scale: Scale, values: Sequence[float]) -> list[float]:
+    return [round(float(1000 * place), 1) for place in scale.place(np.asarray(values, dtype=float))]
+
+
+def _dots(places: Iterable[float]) -> str:
+    chosen = np.asarray(list(places))
+    if len(chosen) > MAX_POINTS:
+        chosen = chosen[np.round(np.linspace(0, len(chosen) - 1, MAX_POINTS)).astype(int)]
+    heights = 500 + 220 * np.sin(2.399963 * np.arange(len(chosen))) * (len(chosen) > 2)  # golden angle: even spread
+    return "".join(f"M{1000 * x:.0f} {y:.0f}h0" for x, y in zip(chosen, heights, strict=True))

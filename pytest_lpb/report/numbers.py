@@ -1,0 +1,89 @@
+"""Numbers as people read them: three significant digits, true minus signs, an en dash where there is none."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+EMPTY = "–"
+THIN_SPACE = "\u202f"
+
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def finite(value: Any) -> float | None:
+    """The value as a float; None for NaN, infinities, missing values and anything that is no number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def show(value: Any, digits: int = 3) -> str:
+    """A number with `digits` significant digits; an en dash when there is none."""
+    number = finite(value)
+    if number is None:
+        return EMPTY
+    if number == 0:
+        return "0"
+    exponent = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
+    if exponent < -4 or exponent > 8:
+        mantissa = f"{number / 10.0**exponent:.{digits - 1}g}"
+        return minus(f"{mantissa}·10") + str(exponent).translate(_SUPERSCRIPT)
+    text = f"{number:,.{max(digits - 1 - exponent, 0)}f}".replace(",", THIN_SPACE)
+    return minus(text)
+
+
+def show_p(value: Any) -> str:
+    """A p-value."""
+    number = finite(value)
+    if number is None:
+        return EMPTY
+    return "< 0.001" if number < 0.001 else f"{number:.3f}"
+
+
+def percent(rate: Any) -> str:
+    """A rate as a percentage; 100 % only when it is all of them, 0 % only when it is none."""
+    number = finite(rate)
+    if number is None:
+        return EMPTY
+    if 0.995 <= number < 1:
+        return f"> 99{THIN_SPACE}%"
+    if 0 < number < 0.005:
+        return f"< 1{THIN_SPACE}%"
+    return f"{100 * number:.0f}{THIN_SPACE}%"
+
+
+def interval(low: Any, high: Any) -> str:
+    """An interval of rates in percent, such as `62–88 %`."""
+    bounds = finite(low), finite(high)
+    if bounds[0] is None or bounds[1] is None:
+        return EMPTY
+    return f"{100 * bounds[0]:.0f}–{100 * bounds[1]:.0f}{THIN_SPACE}%"
+
+
+def count(number: int, noun: str) -> str:
+    """`1 trial`, `3 trials`."""
+    return f"{number:,}".replace(",", THIN_SPACE) + f" {noun}" + ("" if number == 1 else "s")
+
+
+def minus(text: str) -> str:
+    """The text with a true minus sign."""
+    return text.replace("-", "−", 1) if text.startswith("-") else text
+
+
+def unit_text(unit: str) -> str:
+    """A unit with superscripts: `m/s^3` becomes `m/s³`; empty for counts and ratios."""
+    if unit == "1":
+        return ""
+    head, caret, power = unit.partition("^")
+    return head + power.translate(_SUPERSCRIPT) if caret else unit
+
+
+def kpi_title(name: str, unit: str) -> str:
+    """A KPI's name in words with its unit: `path_length_m` becomes `path length [m]`."""
+    encoded = unit.replace("^", "").replace("1/", "per_").replace("/", "_per_").replace("*", "_").replace(" ", "_")
+    words = name.removesuffix(f"_{encoded}") if encoded else name
+    words = words.replace("_", " ")
+    return f"{words} [{unit_text(unit)}]" if unit_text(unit) else words

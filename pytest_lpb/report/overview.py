@@ -1,0 +1,150 @@
+"""The top of the page: who solved what, in words, as a heat map and as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show
+from pytest_lpb.report.view import (
+    Cell,
+    KpiLike,
+    MatrixRow,
+    OutcomeBar,
+    PlannerRow,
+    PlannerStyle,
+    ReportData,
+    Share,
+    Statement,
+)
+
+OUTCOMES = (
+    "success",
+    "timeout",
+    "stalled",
+    "infeasible",
+    "collision",
+    "self_collision",
+    "joint_limit",
+    "deadline",
+    "planner_error",
+    "environment_error",
+    "worker_crash",
+)
+HEADLINES = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_p50_ms", "solver_time_p95_ms")
+
+
+def overall(summary: pd.DataFrame, planner: str) -> Mapping[str, Any]:
+    """A planner's row over all scenarios; its only row where there is one scenario."""
+    rows = summary[summary["planner"] == planner]
+    total = rows[rows["scenario"] == "all"]
+    records = (total if len(total) else rows).to_dict("records")
+    return {str(key): value for key, value in records[0].items()} if records else {}
+
+
+def by_success(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[PlannerStyle]:
+    """Planners, the most successful first."""
+    rates = {name: finite(overall(data.summary, name).get("success_rate")) for name in styles}
+    return sorted(styles.values(), key=lambda style: -(rates[style.name] or 0.0))
+
+
+def statements(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[Statement]:
+    """One sentence per planner, the most successful first: what it solved, and how it failed."""
+    return [_statement(data, style) for style in by_success(data, styles)]
+
+
+def _statement(data: ReportData, style: PlannerStyle) -> Statement:
+    row = overall(data.summary, style.name)
+    trials = data.trials[data.trials["planner"] == style.name]
+    if not row or trials.empty:
+        return Statement(style, "has no finished trial", "")
+    problems, solved = int(row["problems"]), row["successes"]
+    whole, noun = (problems, "problem") if problems == len(trials) else (len(trials), "trial")
+    if noun == "trial":
+        solved = trials["success"].astype(bool).sum()
+    rate = f"{percent(row['success_rate'])}, 95 % interval {interval(row['success_low'], row['success_high'])}"
+    text = f"solved {show(solved, 6)} of {count(whole, noun)} ({rate})"
+    details = [f"{count(problems, 'distinct problem')}, each counts once"] if noun == "trial" else []
+    failures = trials.loc[~trials["success"].astype(bool), "outcome"].value_counts()
+    details += [f"{outcome.replace('_', ' ')} in {number}" for outcome, number in failures.items()]
+    return Statement(style, text, ", ".join(details))
+
+
+def success_matrix(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[MatrixRow]:
+    """Success of each planner (columns) in each scenario (rows)."""
+    rows = {(str(row["scenario"]), str(row["planner"])): row for row in data.summary.to_dict("records")}
+    names = [str(name) for name in dict.fromkeys(data.trials["scenario"])]
+    if len(names) > 1:
+        names.append("all")
+    return [
+        MatrixRow(
+            scenario="mean over scenarios" if name == "all" else name,
+            cells=[_matrix_cell(rows.get((name, planner))) for planner in styles],
+        )
+        for name in names
+    ]
+
+
+def _matrix_cell(row: Mapping[Any, Any] | None) -> Cell:
+    rate = None if row is None else finite(row["success_rate"])
+    if row is None or rate is None:
+        return Cell(EMPTY)
+    problems, trials = int(row["problems"]), int(row["trials"])
+    repeats = "" if problems == trials else f" ({count(trials, 'trial')})"
+    note = f"{show(row['successes'], 4)} of {count(problems, 'problem')}{repeats}"
+    return Cell(percent(rate), rate, f"{note}, 95 % interval {interval(row['success_low'], row['success_high'])}")
+
+
+def summary_table(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[str], list[PlannerRow]]:
+    """Headings and rows of the table of planners: success, headline KPIs, the user's own KPIs."""
+    chosen = headline_kpis(data)
+    heads = ["trials", "problems", "success rate", *(f"{kpi_title(kpi.name, kpi.unit)}" for kpi in chosen)]
+    return heads, [_planner_row(data, style, chosen) for style in by_success(data, styles)]
+
+
+def headline_kpis(data: ReportData) -> list[KpiLike]:
+    """The KPIs of the table of planners, in its order."""
+    by_name = {kpi.name: kpi for kpi in data.kpis if f"{kpi.name}_median" in data.summary}
+    users = [kpi for name, kpi in by_name.items() if kpi.group == "user"]
+    return [by_name[name] for name in HEADLINES if name in by_name] + users
+
+
+def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[KpiLike]) -> PlannerRow:
+    row = overall(data.summary, style.name)
+    trials = data.trials[data.trials["planner"] == style.name]
+    contended = bool(trials["timing_contended"].astype(bool).any())
+    rate = row.get("success_rate")
+    cells = [
+        Cell(str(len(trials)), len(trials)),
+        Cell(show(row.get("problems"), 6), finite(row.get("problems"))),
+        Cell(percent(rate), finite(rate), interval(row.get("success_low"), row.get("success_high"))),
+    ]
+    for kpi in chosen:
+        median, low, high = (row.get(f"{kpi.name}_{part}") for part in ("median", "q1", "q3"))
+        spread = f"{show(low)} to {show(high)}" if finite(low) is not None and low != high else ""
+        cells.append(Cell(show(median), finite(median), spread, "†" if kpi.timing and contended else ""))
+    return PlannerRow(style, cells)
+
+
+def outcome_bars(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[OutcomeBar]:
+    """How the trials of each planner ended."""
+    bars = []
+    for style in by_success(data, styles):
+        counts = data.trials.loc[data.trials["planner"] == style.name, "outcome"].value_counts()
+        total = int(counts.sum())
+        shares = [
+            Share(name, int(counts[name]), round(100 * int(counts[name]) / total, 3))
+            for name in ordered_outcomes(counts.index)
+        ]
+        bars.append(OutcomeBar(style, shares))
+    return bars
+
+
+def ordered_outcomes(names: Any) -> list[str]:
+    """Outcomes from success over harmless to broken; unknown ones last."""
+    return sorted(
+        {str(name) for name in names},
+        key=lambda name: (OUTCOMES.index(name) if name in OUTCOMES else len(OUTCOMES), name),
+    )

@@ -1,0 +1,113 @@
+"""report.html: one self-contained page, made from the tables and raw data of a run."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import tempfile
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from pytest_lpb.report.distributions import kpi_figures, success_groups
+from pytest_lpb.report.overview import (
+    by_success,
+    ordered_outcomes,
+    outcome_bars,
+    statements,
+    success_matrix,
+    summary_table,
+)
+from pytest_lpb.report.palette import planner_styles
+from pytest_lpb.report.provenance import provenance
+from pytest_lpb.report.scenes import scenes
+from pytest_lpb.report.tables import COMPARISON_HEADS, comparison_rows, trial_heads, trial_rows
+from pytest_lpb.report.user_figures import user_figures
+from pytest_lpb.report.view import Page, PlannerStyle, ReportData
+
+TEMPLATES = "templates"
+
+
+def write_report(path: Path, data: ReportData) -> Path:
+    """Write the report of an evaluated run; the file appears by atomic rename. Returns its path."""
+    text = render(page(data))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(
+        "w", encoding="utf-8", newline="\n", dir=path.parent, prefix=path.name, suffix=".part", delete=False
+    ) as file:
+        file.write(text)
+    Path(file.name).chmod(0o644)
+    Path(file.name).replace(path)
+    return path
+
+
+def render(page: Page) -> str:
+    """The page as HTML. Templates escape everything; only the package's own style and script go in as they are."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("pytest_lpb.report", TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    folder = files("pytest_lpb.report") / TEMPLATES
+    style = (folder / "style.css").read_text("utf-8")
+    script = (folder / "script.js").read_text("utf-8")
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    # The hash lets the browser run this script and no other, whatever a scenario is called.
+    return environment.get_template("report.html.j2").render(
+        page=page,
+        style=Markup(style),  # noqa: S704 - a file of this package
+        script=Markup(script),  # noqa: S704 - a file of this package
+        script_hash=f"sha256-{digest}",
+    )
+
+
+def page(data: ReportData) -> Page:
+    """The view model of the whole page."""
+    styles = planner_styles([*(data.run_info.get("planners") or {}), *data.trials["planner"]])
+    heads, summary = summary_table(data, styles)
+    figures, without_values = kpi_figures(data, styles)
+    comparisons, comparisons_note = comparison_rows(data, styles)
+    trials, trials_note = trial_rows(data, styles)
+    contended = bool(data.trials["timing_contended"].astype(bool).any()) if len(data.trials) else False
+    return Page(
+        title=data.title or "pytest-lpb report",
+        subtitle=_subtitle(data, styles),
+        styles=by_success(data, styles),
+        statements=statements(data, styles),
+        notes=_notes(data),
+        warnings=[str(warning) for warning in data.warnings],
+        timing_contended=contended,
+        matrix=success_matrix(data, styles),
+        summary_heads=heads,
+        summary=summary,
+        outcomes=outcome_bars(data, styles),
+        success=success_groups(data.summary, styles),
+        kpi_figures=figures,
+        kpis_without_values=without_values,
+        comparison_heads=COMPARISON_HEADS,
+        comparisons=comparisons,
+        comparisons_note=comparisons_note,
+        scenes=scenes(data, styles),
+        user_figures=user_figures(data),
+        trial_heads=trial_heads(data),
+        trials=trials,
+        trials_note=trials_note,
+        provenance=provenance(data.run_info, styles),
+        scenario_names=[str(name) for name in dict.fromkeys(data.trials["scenario"])],
+        outcome_names=ordered_outcomes(data.trials["outcome"]),
+    )
+
+
+def _subtitle(data: ReportData, styles: dict[str, PlannerStyle]) -> str:
+    from pytest_lpb.report.numbers import count
+
+    parts = [
+        count(len(data.trials), "trial"),
+        count(data.trials["scenario"].nunique(), "scenario"),
+        count(len(styles), "planner"),
+    ]
+    return ", ".join(parts)

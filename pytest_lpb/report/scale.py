@@ -1,0 +1,76 @@
+"""Axes: from values to places, with ticks at round numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.report.numbers import minus, show
+from pytest_lpb.report.view import Tick
+
+FloatArray = NDArray[np.float64]
+
+LOG_FROM_RATIO = 100.0  # largest over smallest value from which an axis is logarithmic
+
+
+@dataclass(frozen=True)
+class Scale:
+    """An axis from `low` to `high`, linear or logarithmic."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+
+    def place(self, values: FloatArray) -> FloatArray:
+        """Where values lie: 0 at `low`, 1 at `high`."""
+        if self.logarithmic:
+            return np.asarray(np.log(values / self.low) / math.log(self.high / self.low), dtype=np.float64)
+        return np.asarray((values - self.low) / (self.high - self.low), dtype=np.float64)
+
+    def ticks(self, most: int = 6) -> list[Tick]:
+        """At most about `most` ticks, places in [%]."""
+        values = _decades(self.low, self.high, most) if self.logarithmic else round_values(self.low, self.high, most)
+        places = 100 * self.place(np.asarray(values))
+        labels = [show(value, 1) for value in values] if self.logarithmic else tick_labels(values)
+        return [Tick(round(float(at), 2), label) for at, label in zip(places, labels, strict=True)]
+
+
+def scale_for(values: FloatArray, *, may_be_logarithmic: bool = False) -> Scale:
+    """An axis that holds all values, with a little room; finite values only."""
+    low, high = float(values.min()), float(values.max())
+    if may_be_logarithmic and low > 0 and high / low > LOG_FROM_RATIO:
+        return Scale(low / 1.2, high * 1.2, logarithmic=True)
+    room = 0.04 * (high - low) or 0.1 * abs(high) or 1.0
+    if low >= 0 and low < 0.5 * high:
+        return Scale(0.0, high + room)
+    return Scale(low - room, high + room)
+
+
+def round_values(low: float, high: float, most: int) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten between low and high."""
+    rough = (high - low) / max(most - 1, 1)
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= rough * 0.999)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [number * step for number in range(first, last + 1)]
+
+
+def tick_labels(values: list[float]) -> list[str]:
+    """Labels with the same number of decimals, no more than needed."""
+    if not values:
+        return []
+    step = min(np.diff(values), default=abs(values[0]) or 1.0)
+    largest = max(abs(value) for value in values)
+    if largest >= 1e7 or step < 1e-5:
+        return [show(value, 2) for value in values]
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    return [minus(f"{value + 0.0:.{decimals}f}") if abs(value) > step / 2 else "0" for value in values]
+
+
+def _decades(low: float, high: float, most: int) -> list[float]:
+    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
+    stride = max(1, math.ceil((last - first + 1) / most))
+    return [10.0**exponent for exponent in range(first, last + 1, stride)]

@@ -1,0 +1,144 @@
+"""One picture per scenario: obstacles, goal, start and the path of every planner on the same problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pytest_lpb.errors import LpbError
+from pytest_lpb.report.canvas import canvas_for
+from pytest_lpb.report.numbers import finite, show
+from pytest_lpb.report.scene_marks import (
+    CONTACTS,
+    Drawn,
+    ghost_rows,
+    goal_marks,
+    goal_points,
+    obstacle_marks,
+    path_marks,
+    placed_corners,
+    robot_marks,
+)
+from pytest_lpb.report.timelines import timelines
+from pytest_lpb.report.view import Mark, Panel, PlannerStyle, ReportData, Scene, SceneEntry
+
+FloatArray = NDArray[np.float64]
+
+CORNER_TIMES = 25  # times at which a moving obstacle's corners are held in the picture
+
+
+def scenes(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[Scene]:
+    """A scene for every scenario, in the order of the table of trials."""
+    return [_scene(data, styles, str(name), rows) for name, rows in data.trials.groupby("scenario", sort=False)]
+
+
+def representative(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of one scenario to draw: one per planner, of the first seed that most planners ran."""
+    planners = rows.groupby("seed")["planner"].nunique()
+    seed = planners[planners == planners.max()].index.min()
+    chosen = rows[rows["seed"] == seed].drop_duplicates("planner")
+    others = rows[~rows["planner"].isin(chosen["planner"])].sort_values("seed").drop_duplicates("planner")
+    order = {planner: place for place, planner in enumerate(dict.fromkeys(rows["planner"]))}
+    return pd.concat([chosen, others]).sort_values("planner", key=lambda names: names.map(order))
+
+
+def _scene(data: ReportData, styles: Mapping[str, PlannerStyle], scenario: str, rows: pd.DataFrame) -> Scene:
+    chosen = representative(rows)
+    notes: list[str] = []
+    drawn = list(_loaded(data, styles, chosen, notes))
+    if chosen["problem_hash"].nunique() > 1:
+        notes.append("The planners shown ran different problems; obstacles and goal are those of the first.")
+    drawable = [trial for trial in drawn if trial.trajectory.problem.dimension == 2]
+    if len(drawable) < len(drawn):
+        notes.append("Pictures of spatial robots are not drawn.")
+    seeds = sorted(set(chosen["seed"]))
+    return Scene(
+        scenario=scenario,
+        caption=f"Seed {', '.join(str(seed) for seed in seeds)} of {rows['seed'].nunique()}",
+        panels=[_panel(drawable)] if drawable else [],
+        timelines=timelines(drawn),
+        entries=[_entry(styles[str(row.planner)], row) for row in chosen.itertuples()],
+        legend=_legend(drawable),
+        notes=notes,
+    )
+
+
+def _loaded(
+    data: ReportData, styles: Mapping[str, PlannerStyle], rows: pd.DataFrame, notes: list[str]
+) -> Iterator[Drawn]:
+    for row in rows.to_dict("records"):
+        try:
+            trajectory = data.trajectory_of(str(row["node_id"]))
+        except (LpbError, OSError) as error:
+            notes.append(f"{row['planner']}: no raw data ({error}).")
+            continue
+        if len(trajectory) == 0:
+            notes.append(f"{row['planner']}: no recorded motion ({row['outcome']}).")
+            continue
+        yield Drawn(styles[row["planner"]], trajectory, str(row["outcome"]))
+
+
+def _panel(drawn: Sequence[Drawn]) -> Panel:
+    first = max(drawn, key=lambda trial: len(trial.trajectory))
+    problem, until = first.trajectory.problem, float(first.trajectory.t[-1])
+    canvas = canvas_for(_fixed_points(first, until), np.concatenate([_robot_points(trial) for trial in drawn]))
+    marks: list[Mark] = []
+    for obstacle in problem.obstacles:
+        marks += obstacle_marks(canvas, obstacle, until)
+    marks += goal_marks(canvas, first.trajectory)
+    arm = len(problem.robot.collision_bodies) > 1
+    for trial in drawn:
+        rows = ghost_rows(trial) if arm else []
+        marks += [mark for row in rows for mark in robot_marks(canvas, trial.trajectory, row, "ghost", trial)]
+    marks += robot_marks(canvas, first.trajectory, 0, "start", None)
+    for trial in drawn:
+        marks += robot_marks(canvas, trial.trajectory, trial.last_row, "final", trial)
+    for trial in drawn:
+        marks += path_marks(canvas, trial)
+    return canvas.panel("", "xy", marks)
+
+
+def _fixed_points(trial: Drawn, until: float) -> FloatArray:
+    problem = trial.trajectory.problem
+    parts = [trial.path[:1], goal_points(trial.trajectory)]
+    for obstacle in problem.obstacles:
+        positions, angles = obstacle.poses(np.linspace(0.0, until, CORNER_TIMES if obstacle.moving else 1))
+        parts += [
+            placed_corners(obstacle, place, float(angle)) for place, angle in zip(positions, angles, strict=True)
+        ]
+    tolerance = problem.primary.tolerance or 0.0
+    parts += [parts[1] + tolerance, parts[1] - tolerance]
+    return np.concatenate(parts)
+
+
+def _robot_points(trial: Drawn) -> FloatArray:
+    robot = trial.trajectory.problem.robot
+    positions = robot.link_positions(trial.trajectory.q).reshape(-1, 2)
+    return np.concatenate([positions - robot.body_radius, positions + robot.body_radius])
+
+
+def _entry(style: PlannerStyle, row: Any) -> SceneEntry:
+    parts = [str(row.outcome).replace("_", " ")]
+    if finite(getattr(row, "time_to_goal_s", None)) is not None:
+        parts.append(f"goal after {show(row.time_to_goal_s)} s")
+    if finite(getattr(row, "clearance_min_m", None)) is not None:
+        parts.append(f"clearance {show(row.clearance_min_m)} m")
+    return SceneEntry(style, " · ".join(parts), str(row.outcome))
+
+
+def _legend(drawn: Sequence[Drawn]) -> list[tuple[str, str]]:
+    if not drawn:
+        return []
+    problem = drawn[0].trajectory.problem
+    entries = [("start", "start"), ("goal", "goal and tolerance"), ("solved", "end, solved"), ("failed", "end, failed")]
+    if problem.obstacles:
+        entries.append(("obstacle", "obstacle"))
+    if any(obstacle.moving for obstacle in problem.obstacles):
+        entries.append(("ghost", "moving obstacle, later"))
+    if any(trial.outcome in CONTACTS for trial in drawn):
+        entries.append(("collision", "collision"))
+    return entries

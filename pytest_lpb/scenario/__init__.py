@@ -1,0 +1,1 @@
+"""Scenario files: reading YAML, the schema, loading, and drawing concrete problems."""

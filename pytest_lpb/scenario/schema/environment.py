@@ -1,0 +1,39 @@
+"""The `environment` and `start` parts of a scenario file."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pytest_lpb.scenario.schema.values import Distance, Distinct, Duration, Part, Vector, Vector3
+
+MAX_STEPS = 1_000_000
+
+Step = Annotated[float, Field(allow_inf_nan=False, ge=1e-5, le=10.0)]
+Ending = Literal["goal", "violation"]
+
+
+class Environment(Part):
+    """The simulated world and its clock."""
+
+    engine: Literal["planar", "pybullet"] = "planar"
+    dt: Step = Field(default=0.05, description="[s] time step")
+    duration: Duration = Field(default=25.0, description="[s] a multiple of dt")
+    end_at: Annotated[list[Ending], Distinct] = Field(
+        default=["goal", "violation"], description="what ends a trial before its duration"
+    )
+    safety_margin: Distance = Field(
+        default=0.05, description="[m] clearance below which near misses are counted"
+    )
+    dynamics: bool = Field(default=False, description="pybullet: simulate forces")
+    gravity: Vector3 = Field(default=[0.0, 0.0, -9.81], description="[m/s^2]")
+    prediction: Literal["none", "constant_velocity", "exact"] = Field(
+        default="constant_velocity", description="what planners are told of moving obstacles' future"
+    )
+
+
+class Start(Part):
+    """The robot's state at t = 0; zeros by default."""
+
+    q: Vector | None = Field(default=None, description="joint positions [rad or m]")
+    qd: Vector | None = Field(default=None, description="joint velocities [rad/s or m/s]")
+    u: Vector | None = Field(default=None, description="actuated velocities of a non-holonomic base")

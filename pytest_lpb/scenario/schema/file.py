@@ -1,0 +1,61 @@
+"""A whole scenario file."""
+
+import keyword
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from pytest_lpb.names import listed
+from pytest_lpb.scenario.schema.environment import Environment, Start
+from pytest_lpb.scenario.schema.goal import MAX_GOALS, Goal
+from pytest_lpb.scenario.schema.obstacle import MAX_OBSTACLES, Obstacle
+from pytest_lpb.scenario.schema.randomize import Randomize
+from pytest_lpb.scenario.schema.robot import Robot
+from pytest_lpb.scenario.schema.success import Seed, Success, XFail
+from pytest_lpb.scenario.schema.values import Distinct, Name, Part, Text
+
+MAX_TRIALS = 1_000_000
+MAX_TAGS = 50
+
+# Marks that change how pytest runs an item, when they come from a file that only wants to be found by them.
+REFUSED_TAGS = frozenset(
+    {"skip", "skipif", "xfail", "parametrize", "usefixtures", "filterwarnings", "xdist_group", "flaky"}
+)
+
+
+def _selectable(tag: str) -> str:
+    if tag in REFUSED_TAGS:
+        raise ValueError(
+            f"found {tag!r}; it means something to pytest itself: not allowed are {listed(REFUSED_TAGS)}"
+        )
+    if keyword.iskeyword(tag) or tag.startswith("_"):
+        raise ValueError(
+            f"found {tag!r}; a tag can be used with -m: no Python keyword, and no leading underscore"
+        )
+    return tag
+
+
+Tag = Annotated[Name, AfterValidator(_selectable)]
+
+
+class ScenarioFile(Part):
+    """A family of motion planning problems: contract section 2."""
+
+    version: Literal[1]
+    description: Text = ""
+    source: Text | None = Field(default=None, description="of a concrete problem: what it was drawn from")
+    tags: Annotated[list[Tag], Field(max_length=MAX_TAGS), Distinct] = Field(
+        default=[], description="pytest markers"
+    )
+    robot: Robot
+    environment: Environment = Environment()
+    start: Start = Start()
+    goal: Annotated[list[Goal], Field(min_length=1, max_length=MAX_GOALS)]
+    obstacles: Annotated[list[Obstacle], Field(max_length=MAX_OBSTACLES)] = []
+    randomize: Randomize | None = None
+    seed: Seed = Field(default=0, description="first seed")
+    trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] = 1
+    success: Success = Success()
+    xfail: Annotated[dict[Name, XFail], Field(max_length=1000)] = Field(
+        default={}, description="per planner: why it is known to fail"
+    )

@@ -1,0 +1,104 @@
+"""The `goal` part of a scenario file: sub-goals of four types."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from pytest_lpb.scenario.schema.values import (
+    Coordinate,
+    Distinct,
+    Length,
+    Name,
+    Part,
+    Spline,
+    Trajectory,
+    Vector,
+    Weight,
+    is_number,
+)
+
+MAX_GOALS = 20
+
+Axis = Annotated[int, Field(ge=0, le=2)]
+Direction = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
+
+
+class SubGoal(Part):
+    """What every sub-goal has."""
+
+    name: Name | None = Field(default=None, description="default goal0, goal1, ... by position in the file")
+    tolerance: Length | None = Field(
+        default=None, description="[m or rad]; without: a preference, not needed for success"
+    )
+    weight: Weight = 1.0
+    primary: bool = Field(default=False, description="the first sub-goal is primary unless one says so")
+
+
+class MovingGoal(SubGoal):
+    """A sub-goal with a target; exactly one of target, trajectory and spline."""
+
+    target: Vector | None = None
+    trajectory: Trajectory | None = Field(default=None, description="expressions in t")
+    spline: Spline | None = Field(default=None, description="rows [t, x, y, ...]")
+    periodic: bool | None = Field(default=None, description="whether the spline repeats")
+
+
+class PositionGoal(MovingGoal):
+    """A point of a link at a target position."""
+
+    type: Literal["position"]
+    link: Name
+    axes: Annotated[list[Axis], Field(min_length=1, max_length=3), Distinct] | None = Field(
+        default=None, description="axes of the world that count; default all"
+    )
+    point: Annotated[list[Coordinate], Field(min_length=2, max_length=3)] | None = Field(
+        default=None, description="[m] in the link's frame; default its origin"
+    )
+    relative_to: Name | None = Field(
+        default=None, description="link whose position the target is relative to"
+    )
+
+
+def _angle_as_list(value: Any) -> Any:
+    return [value] if is_number(value) else value
+
+
+class OrientationGoal(MovingGoal):
+    """A link at a target orientation: an angle in the plane, a quaternion wxyz in space."""
+
+    type: Literal["orientation"]
+    link: Name
+    target: Annotated[
+        Vector | None, BeforeValidator(_angle_as_list, json_schema_input_type=float | list[Coordinate] | None)
+    ] = Field(default=None, description="[rad], or a quaternion wxyz")
+
+
+class JointGoal(MovingGoal):
+    """Joints at target positions; the error is the largest one."""
+
+    type: Literal["joint"]
+    joints: Annotated[list[Name], Field(min_length=1, max_length=106), Distinct]
+
+
+class AlignmentGoal(SubGoal):
+    """An axis of a link along an axis of another frame."""
+
+    type: Literal["alignment"]
+    link: Name
+    axis: Direction
+    other: Name = "world"
+    other_axis: Direction
+
+
+def _type_of(value: Any) -> str | None:
+    kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
+    return f"({kind})" if isinstance(kind, str) else None
+
+
+Goal = Annotated[
+    Annotated[PositionGoal, Tag("(position)")]
+    | Annotated[OrientationGoal, Tag("(orientation)")]
+    | Annotated[JointGoal, Tag("(joint)")]
+    | Annotated[AlignmentGoal, Tag("(alignment)")],
+    Discriminator(_type_of),
+]

@@ -1,0 +1,124 @@
+"""The `obstacles` part of a scenario file."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from pytest_lpb.scenario.schema.values import (
+    Coordinate,
+    Expression,
+    Length,
+    Name,
+    Part,
+    Spline,
+    Text,
+    Trajectory,
+    Vector,
+)
+
+MAX_OBSTACLES = 1_000
+
+Quaternion = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
+
+
+def _orientation_form(value: Any) -> str:
+    return {list: "(quaternion)", str: "(expression)"}.get(type(value), "(angle)")
+
+
+Orientation = Annotated[
+    Annotated[Coordinate, Tag("(angle)")]
+    | Annotated[Expression, Tag("(expression)")]
+    | Annotated[Quaternion, Tag("(quaternion)")],
+    Discriminator(_orientation_form),
+]
+
+
+class Placed(Part):
+    """What every obstacle has; exactly one of position, trajectory and spline."""
+
+    name: Name | None = Field(
+        default=None, description="default obstacle0, obstacle1, ... by position in the file"
+    )
+    position: Vector | None = Field(default=None, description="of the centre [m]")
+    trajectory: Trajectory | None = Field(default=None, description="expressions in t")
+    spline: Spline | None = Field(default=None, description="rows [t, x, y, ...]")
+    periodic: bool | None = Field(default=None, description="whether the spline repeats")
+    orientation: Orientation | None = Field(
+        default=None,
+        description="in the plane an angle [rad] or an expression in t; in space a quaternion wxyz",
+    )
+
+
+class Circle(Placed):
+    """A disc."""
+
+    shape: Literal["circle"]
+    radius: Length
+
+
+class Sphere(Placed):
+    """A ball."""
+
+    shape: Literal["sphere"]
+    radius: Length
+
+
+class Rectangle(Placed):
+    """A rectangle of full side lengths."""
+
+    shape: Literal["rectangle"]
+    size: Annotated[list[Length], Field(min_length=2, max_length=2)]
+
+
+class Box(Placed):
+    """A box of full side lengths."""
+
+    shape: Literal["box"]
+    size: Annotated[list[Length], Field(min_length=3, max_length=3)]
+
+
+class Cylinder(Placed):
+    """A cylinder along z."""
+
+    shape: Literal["cylinder"]
+    radius: Length
+    length: Length
+
+
+class Capsule(Placed):
+    """A capsule along z; the length is between the centres of its caps."""
+
+    shape: Literal["capsule"]
+    radius: Length
+    length: Length
+
+
+class Mesh(Placed):
+    """A triangle mesh from a file."""
+
+    shape: Literal["mesh"]
+    file: Text
+    scale: Length = 1.0
+    concave: bool = False
+
+
+SHAPES_2D = ("circle", "rectangle")
+SHAPES_3D = ("sphere", "box", "cylinder", "capsule", "mesh")
+
+
+def shape_tag(value: Any) -> str | None:
+    """The union tag of an obstacle: its shape in parentheses."""
+    shape = value.get("shape") if isinstance(value, dict) else getattr(value, "shape", None)
+    return f"({shape})" if isinstance(shape, str) else None
+
+
+Obstacle = Annotated[
+    Annotated[Circle, Tag("(circle)")]
+    | Annotated[Rectangle, Tag("(rectangle)")]
+    | Annotated[Sphere, Tag("(sphere)")]
+    | Annotated[Box, Tag("(box)")]
+    | Annotated[Cylinder, Tag("(cylinder)")]
+    | Annotated[Capsule, Tag("(capsule)")]
+    | Annotated[Mesh, Tag("(mesh)")],
+    Discriminator(shape_tag),
+]

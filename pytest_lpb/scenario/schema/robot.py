@@ -1,0 +1,113 @@
+"""The `robot` part of a scenario file."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from pytest_lpb.scenario.schema.values import (
+    Coordinate,
+    Distinct,
+    Length,
+    Name,
+    Part,
+    Range,
+    Text,
+    Vector3,
+)
+
+MAX_LINKS = 100
+UNIT_LINK = 1.0  # [m]
+
+
+def _unit_links(value: Any) -> Any:
+    # A count of links; one that is out of range stays a number and is refused as a list of lengths.
+    if isinstance(value, int) and not isinstance(value, bool):
+        if not 1 <= value <= MAX_LINKS:
+            raise ValueError(f"found {value} links; allowed are 1 to {MAX_LINKS}")
+        return [UNIT_LINK] * value
+    return value
+
+
+Links = Annotated[
+    list[Length],
+    Field(min_length=1, max_length=MAX_LINKS),
+    BeforeValidator(
+        _unit_links,
+        json_schema_input_type=Annotated[int, Field(ge=1, le=MAX_LINKS)]
+        | Annotated[list[Length], Field(min_length=1, max_length=MAX_LINKS)],
+    ),
+]
+LimitList = Annotated[list[Range | None], Field(max_length=MAX_LINKS + 6)]
+BodyPair = Annotated[list[Name], Field(min_length=2, max_length=2), Distinct]
+Sphere = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
+
+
+class BasePose(Part):
+    """Where the base of a URDF robot stands."""
+
+    position: Vector3 = Field(default=[0.0, 0.0, 0.0], description="[m]")
+    orientation: Annotated[list[Coordinate], Field(min_length=4, max_length=4)] = Field(
+        default=[1.0, 0.0, 0.0, 0.0], description="quaternion wxyz"
+    )
+
+
+class CollisionSpheres(Part):
+    """Spheres or discs in place of a robot's collision geometry; exactly one of the keys."""
+
+    spheres: Annotated[dict[Name, list[Sphere]], Field(max_length=MAX_LINKS)] | None = Field(
+        default=None, description="per link a list of [x, y, z, r] in the link's frame [m]"
+    )
+    link_spheres: Length | None = Field(
+        default=None, description="radius [m] of one sphere or disc at each link frame"
+    )
+
+
+class Limits(Part):
+    """Limits of a robot; a missing list, or null in one, means unlimited."""
+
+    position: LimitList | None = Field(default=None, description="[lower, upper] per q [rad or m]")
+    velocity: LimitList | None = Field(default=None, description="[lower, upper] per action [rad/s or m/s]")
+    acceleration: LimitList | None = Field(
+        default=None, description="[lower, upper] per action [rad/s^2 or m/s^2]"
+    )
+
+
+def _collision_form(value: Any) -> str:
+    return "(mapping)" if isinstance(value, dict | CollisionSpheres) else "(text)"
+
+
+Collision = Annotated[
+    Annotated[Literal["geometry"], Tag("(text)")] | Annotated[CollisionSpheres, Tag("(mapping)")],
+    Discriminator(_collision_form),
+]
+
+
+class Robot(Part):
+    """The robot: a model known by name, or a URDF file."""
+
+    model: Name | None = Field(
+        default=None, description="point, planar_arm, differential_drive, or a URDF model"
+    )
+    urdf: Text | None = Field(default=None, description="path of a URDF file, in place of model")
+    name: Name | None = Field(default=None, description="key for a planner's per_robot parameters")
+    links: Links | None = Field(
+        default=None, description="planar_arm: a count of 1 m links, or their lengths [m]"
+    )
+    joints: Annotated[list[Name], Field(min_length=1, max_length=MAX_LINKS), Distinct] | None = Field(
+        default=None, description="URDF: planned joints in the order of q"
+    )
+    locked_joints: Annotated[dict[Name, Coordinate], Field(max_length=1000)] | None = Field(
+        default=None, description="URDF: joints held at a position [rad or m]"
+    )
+    base: Literal["fixed", "holonomic", "differential_drive", "bicycle"] | None = None
+    base_pose: BasePose | None = None
+    wheel_base: Length | None = Field(
+        default=None, description="[m] differential drive: wheel separation; bicycle: axle distance"
+    )
+    control: Literal["acceleration", "velocity", "torque"] = "acceleration"
+    body_radius: Length | None = Field(default=None, description="[m] radius of planar bodies")
+    collision: Collision = "geometry"
+    limits: Limits | None = None
+    self_collision_pairs: Annotated[list[BodyPair], Field(max_length=10_000)] | None = Field(
+        default=None, description="absent: all but adjacent bodies; []: none"
+    )

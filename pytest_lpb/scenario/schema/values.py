@@ -1,0 +1,122 @@
+"""Numbers, names and other small values of a scenario file, with their bounds."""
+
+import re
+from collections.abc import Callable
+from typing import Annotated, Any, Final, NamedTuple
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.motion import parse_expression
+from pytest_lpb.names import MAX_NAME_LENGTH, NAME_PATTERN
+from pytest_lpb.scenario.faults import described
+
+MAX_COORDINATE = 1e6  # [m or rad]
+MAX_LENGTH = 1e4  # [m]
+MAX_TEXT = 10_000  # characters
+
+
+class Part(BaseModel):
+    """A mapping of a scenario file: known keys only, and no text or boolean taken for a number."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def refused(check: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Make a check that raises ScenarioError one that pydantic understands."""
+
+    def checked(value: Any) -> Any:
+        try:
+            check(value)
+        except ScenarioError as error:
+            raise ValueError(str(error)) from None
+        return value
+
+    return checked
+
+
+def is_number(value: object) -> bool:
+    """Whether a YAML value is a number; a boolean is not."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _ordered(pair: list[float]) -> list[float]:
+    if pair[0] > pair[1]:
+        raise ValueError(f"found {pair}; the lower bound comes first")
+    return pair
+
+
+def _distinct(values: list[Any]) -> list[Any]:
+    repeated = [value for index, value in enumerate(values) if value in values[:index]]
+    if repeated:
+        raise ValueError(f"found {repeated[0]!r} twice; each may be given once")
+    return values
+
+
+def _number_as_text(value: Any) -> Any:
+    return repr(float(value)) if is_number(value) else value
+
+
+def _number_as_pair(value: Any) -> Any:
+    return [value, value] if is_number(value) else value
+
+
+Coordinate = Annotated[float, Field(allow_inf_nan=False, ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Length = Annotated[float, Field(allow_inf_nan=False, gt=0, le=MAX_LENGTH)]
+Distance = Annotated[float, Field(allow_inf_nan=False, ge=0, le=MAX_LENGTH)]
+Duration = Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e6)]
+Weight = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1e6)]
+Time = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+
+Name = Annotated[str, StringConstraints(max_length=MAX_NAME_LENGTH, pattern=f"^{NAME_PATTERN.pattern}$")]
+Text = Annotated[str, StringConstraints(max_length=MAX_TEXT)]
+Distinct = AfterValidator(_distinct)
+
+Vector2 = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Vector3 = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Vector = Annotated[list[Coordinate], Field(min_length=1, max_length=300)]
+Range = Annotated[list[Coordinate], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+LengthRange = Annotated[
+    list[Length],
+    Field(min_length=2, max_length=2),
+    AfterValidator(_ordered),
+    BeforeValidator(_number_as_pair, json_schema_input_type=float | list[Length]),
+]
+Box = Annotated[list[Range], Field(min_length=1, max_length=300)]
+Expression = Annotated[
+    str,
+    AfterValidator(refused(parse_expression)),
+    BeforeValidator(_number_as_text, json_schema_input_type=str | float),
+]
+Trajectory = Annotated[list[Expression], Field(min_length=1, max_length=300)]
+SplineRow = Annotated[list[Coordinate], Field(min_length=2, max_length=301)]
+Spline = Annotated[list[SplineRow], Field(min_length=2, max_length=10_000)]
+
+CRITERION: Final = re.compile(r"(<=|>=|<|>)[ ]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)")
+
+
+class Criterion(NamedTuple):
+    """A bound on a KPI: `value operator number` must hold."""
+
+    operator: str  # one of < <= > >=
+    number: float
+
+    def __str__(self) -> str:
+        return f"{self.operator} {self.number!r}"
+
+
+def parse_criterion(text: str) -> Criterion:
+    """Parse a criterion such as `>= 0.02`.
+
+    Raises:
+        ScenarioError: the text is not an operator and a finite number.
+    """
+    match = CRITERION.fullmatch(text.strip())
+    if not match or abs(number := float(match[2])) > 1e300:
+        raise ScenarioError(
+            f"found {described(text)}; a criterion is < <= > or >= and a number, such as '>= 0.02'"
+        )
+    return Criterion(match[1], number)
+
+
+CriterionText = Annotated[str, StringConstraints(max_length=100), AfterValidator(refused(parse_criterion))]
