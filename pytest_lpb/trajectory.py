@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.names import listed, suggestion
-from pytest_lpb.problem.hold import first_held_row, rows_to_hold
+from pytest_lpb.problem.hold import first_held_row
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.problem import Problem
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
+MAX_WALL_PER_CPU = 1.2  # median ratio of wall to CPU time of planner calls that counts as undisturbed
 
 
 class Trajectory:
@@ -117,14 +118,22 @@ class Trajectory:
     def goal_row(self) -> int | None:
         """First row of the first interval within every tolerance that lasts the hold time; None without one.
 
-        None too when no sub-goal has a tolerance: then there is nothing to reach.
+        Sub-goals without a tolerance are preferences and are not asked, as in the trial itself.
         """
-        errors = [(self.goal_error(goal.name), goal.tolerance) for goal in self.problem.goal]
-        checks = [error <= tolerance for error, tolerance in errors if tolerance is not None]
-        if not checks:
-            return None
-        within = np.logical_and.reduce(checks)
-        return first_held_row(within, rows_to_hold(self.problem.hold_time, self.problem.dt))
+        within = np.ones(len(self), dtype=np.bool_)
+        for goal in self.problem.goal:
+            if goal.tolerance is not None:
+                within &= self.goal_error(goal.name) <= goal.tolerance
+        return first_held_row(within, self.problem.hold_rows)
+
+    @property
+    def timing_contended(self) -> bool:
+        """Whether other processes disturbed the timing: more workers than cores - 1, or calls that had to wait."""
+        if self.metadata["workers"] > self.metadata["cores"] - 1:
+            return True
+        called = ~np.isnan(self.solver_wall_ms) & (self.solver_cpu_ms > 0.0)
+        ratios = self.solver_wall_ms[called] / self.solver_cpu_ms[called]
+        return bool(len(ratios)) and float(np.median(ratios)) > MAX_WALL_PER_CPU
 
     @property
     def outcome(self) -> str:
@@ -142,7 +151,7 @@ class Trajectory:
             ) from None
 
     def _numbered(self, prefix: str) -> FloatArray:
-        names = []
+        names: list[str] = []
         while f"{prefix}{len(names)}" in self.columns:
             names.append(f"{prefix}{len(names)}")
         if not names:

@@ -18,10 +18,13 @@ Direction = Literal["lower", "higher", "none"]
 Over = Literal["solved", "all"]
 KpiFunction = Callable[[Trajectory], SupportsFloat]
 
-# Other columns of trials.csv and keys of a scenario's `success`: a KPI of that name could not be told from them.
+# Other columns of trials.csv, and keys of a scenario's `success`: a KPI could not be told from them.
 RESERVED_NAMES = frozenset(
-    "node_id scenario planner seed outcome success failed_criteria steps problem_hash trajectory_hash wall_s attempt "
-    "timing_contended duration_s hold_time rate".split()
+    (
+        *("node_id", "scenario", "planner", "seed", "outcome", "success", "failed_criteria", "steps"),
+        *("problem_hash", "trajectory_hash", "wall_s", "attempt", "timing_contended", "duration_s"),
+        *("hold_time", "rate"),
+    )
 )
 
 # Spreadsheets read cells that begin with a sign as formulas, so a column begins with a letter.

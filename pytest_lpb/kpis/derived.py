@@ -1,4 +1,4 @@
-"""What several KPIs compute from a trial, computed once per trial: positions, segment lengths, time averages."""
+"""What several KPIs compute from a trial, once per trial: positions, lengths, averages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytest_lpb.trajectory import FloatArray, Trajectory
 
 T = TypeVar("T")
 
-# Beyond this a simulation has diverged. Such rows count as NaN: their squares and cubes would overflow to inf.
+# Beyond this a simulation has diverged; such rows count as NaN, since their squares would overflow to inf.
 DIVERGED = 1e90
 
 
@@ -58,7 +58,8 @@ def actions(trajectory: Trajectory) -> FloatArray:
 
 def norms(vectors: FloatArray) -> FloatArray:
     """Euclidean norm of each row, (N, m) to (N,)."""
-    return np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    lengths: FloatArray = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return lengths
 
 
 def of_joint_type(trajectory: Trajectory, joint_type: str) -> NDArray[np.bool_]:

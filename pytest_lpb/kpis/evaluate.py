@@ -24,15 +24,15 @@ def evaluate_kpis(trajectory: Trajectory, kpis: Iterable[Kpi]) -> tuple[dict[str
         kpis: as `Registry.select` gives them.
 
     Returns:
-        Value by KPI name, finite or NaN; and one text for each KPI that raised or returned something else (its
-        value is NaN), which names the KPI, the trial and the error.
+        Value by KPI name, finite or NaN; and a text for each KPI that raised or returned something else (then
+        NaN), which names the KPI, the trial and the error.
     """
     if not len(trajectory):
         return {entry.name: math.nan for entry in kpis}, []
     values: dict[str, float] = {}
     faults: list[str] = []
     with warnings.catch_warnings():
-        # A value must not depend on whether the caller turns warnings into errors: pytest may, lpb-report does not.
+        # A value must not depend on whether warnings are errors: pytest may say so, lpb-report does not.
         warnings.simplefilter("ignore")
         for entry in kpis:
             try:

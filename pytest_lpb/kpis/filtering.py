@@ -14,17 +14,18 @@ CUTOFF_HZ = 5.0
 FILTER_ORDER = 4
 SHORTEST_S = 1.0  # [s] below this the spectrum has too few samples under the cutoff
 
-# [m/s] A robot whose speed stays below this has not moved: the outcome `stalled` draws the same line. The shape of
-# such a speed profile would be that of rounding errors.
+# [m/s] A robot whose speed stays below this has not moved: the outcome `stalled` draws the same line. Such a
+# speed profile would have the shape of rounding errors.
 STILL_SPEED = 1e-3
 
 
 @once
 def filtered_positions(trajectory: Trajectory) -> FloatArray | None:
-    """Positions p relative to p_0, resampled and filtered, (n, 3) [m] at 100 Hz; None under 1 s or with NaN rows.
+    """Positions p relative to p_0, resampled and filtered, (n, 3) [m]; None under 1 s.
 
-    A cubic spline through the rows, then a 4th-order Butterworth low-pass at 5 Hz run forwards and backwards
-    (Winter 2009, "Biomechanics and Motor Control of Human Movement", section 3.4, on filtering before differentiation).
+    A cubic spline through the rows, sampled at 100 Hz, then a 4th-order Butterworth low-pass at 5 Hz run
+    forwards and backwards (Winter 2009, "Biomechanics and Motor Control of Human Movement", on what to do before
+    differentiating). None too where a position is missing.
     """
     path, dt = positions(trajectory), trajectory.problem.dt
     duration = (len(path) - 1) * dt

@@ -19,7 +19,7 @@ def _primary_error(trajectory: Trajectory) -> FloatArray:
 
 @kpi("time_to_goal_s", "s", "lower", "all", group="goal", restricted_to_duration=True)
 def time_to_goal(trajectory: Trajectory) -> float:
-    """Start of the first interval within every tolerance that lasts the hold time [s]; NaN when there is none."""
+    """Start of the first interval within every tolerance that lasts the hold time [s]; NaN without one."""
     row = trajectory.goal_row
     return math.nan if row is None else float(trajectory.t[row])
 
@@ -44,7 +44,7 @@ def final_goal_error(trajectory: Trajectory) -> float:
 
 @once
 def _tracking_error(trajectory: Trajectory) -> FloatArray | None:
-    """Error [m] of a moving primary goal from the first row within its tolerance on; None where there is none."""
+    """Error [m] of a moving primary goal from the first row within its tolerance on; else None."""
     goal = trajectory.problem.primary
     if not goal.moving or goal.unit != "m" or goal.tolerance is None:
         return None
@@ -71,8 +71,8 @@ def tracking_error_rms(trajectory: Trajectory) -> float:
 def success_weighted_path_length(trajectory: Trajectory) -> float:
     """Success weighted by path length, S L* / max(L, L*); NaN unless the scenario carries a certified path.
 
-    Anderson et al. 2018, "On Evaluation of Embodied Navigation Agents". L is the path length to the goal, L* that
-    of the certified path.
+    Anderson et al. 2018, "On Evaluation of Embodied Navigation Agents". L is the path length to the goal, L*
+    that of the certified path.
     """
     shortest = getattr(trajectory.problem, "certified_path_length_m", None)
     if shortest is None:

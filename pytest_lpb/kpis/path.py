@@ -10,6 +10,9 @@ from pytest_lpb.kpis.derived import measured, norms, of_joint_type, positions, s
 from pytest_lpb.kpis.registry import kpi
 from pytest_lpb.trajectory import Trajectory
 
+# [m] How far the recorded error of a goal in the world may be from the distance of its link: rounding.
+SAME_DISTANCE = 1e-6
+
 
 @kpi("path_length_m", "m", "lower", "solved", group="path")
 def path_length(trajectory: Trajectory) -> float:
@@ -47,17 +50,16 @@ def joint_path_length_m(trajectory: Trajectory) -> float:
 def path_length_ratio(trajectory: Trajectory) -> float:
     """Path length to the goal over the straight distance from p_0 to the goal as it is when reached.
 
-    NaN unless the primary goal is a point in the world for the link's frame that lies outside its tolerance at the
-    start: otherwise there is no straight distance to compare with.
+    NaN unless the primary goal is a place in the world for the frame of its link (no single axis, no point
+    beside the frame, not relative to another link), farther from p_0 than its tolerance.
     """
     problem, row = trajectory.problem, trajectory.goal_row
     goal = problem.primary
-    if row is None or goal.type != "position" or getattr(goal, "relative_to", None) is not None:
+    if row is None or goal.type != "position":
         return math.nan
-    target = trajectory.goal(goal.name)[row]
-    if len(target) != problem.dimension:
+    start, targets = positions(trajectory)[0, : problem.dimension], trajectory.goal(goal.name)
+    error = trajectory.goal_error(goal.name)[0]
+    if targets.shape[1] != len(start) or abs(math.dist(start, targets[0]) - error) > SAME_DISTANCE:
         return math.nan
-    distance = math.dist(positions(trajectory)[0, : problem.dimension], target)
-    if distance <= (goal.tolerance or 0.0):
-        return math.nan
-    return path_length_to_goal(trajectory) / distance
+    distance = math.dist(start, targets[row])
+    return path_length_to_goal(trajectory) / distance if distance > (goal.tolerance or 0.0) else math.nan

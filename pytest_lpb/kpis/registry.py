@@ -1,6 +1,6 @@
 """Registry of KPIs: the decorator `kpi`, and the order in which KPIs appear in tables.
 
-A KPI is a function of one `Trajectory` that returns one number; NaN says that it does not apply, never a sentinel.
+A KPI is a function of one `Trajectory` that gives one number: NaN, never a sentinel, where it does not apply.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ class Registry:
         timing: bool = False,
         restricted_to_duration: bool = False,
     ) -> Callable[[F], F]:
-        """Register a function of a `Trajectory` as a KPI. It returns a number; NaN where the KPI does not apply.
+        """Register a function of a `Trajectory` as a KPI: it returns a number, NaN where it does not apply.
 
         Args:
             name: column of trials.csv; ends with its unit, as in `elbow_height_min_m`.
-            unit: as shown in tables, "1" when dimensionless; must agree with the name's suffix where it has one.
+            unit: as shown in tables, "1" when dimensionless; must agree with the name's suffix if it has one.
             direction: "lower" or "higher" is better; "none": neither.
             over: "solved": planners are compared on problems both solved; "all": on all problems.
             group: heading in reports.
@@ -87,7 +87,7 @@ class Registry:
         known = self._kpis.get(entry.name)
         if known is not None and known.place != entry.place:
             raise KpiError(
-                f"KPI {entry.name!r} is defined twice: at {known.place} and at {entry.place}; rename one of them"
+                f"KPI {entry.name!r} is defined twice: at {known.place} and at {entry.place}; rename one"
             )
         self._kpis[entry.name] = entry
 
@@ -108,7 +108,7 @@ class Registry:
 
     @contextmanager
     def preserved(self) -> Iterator[Registry]:
-        """Undo on leaving whatever is registered inside: one pytest session's KPIs do not reach the next one's."""
+        """Undo on leaving whatever is registered inside: one pytest session's KPIs do not reach the next."""
         before = dict(self._kpis)
         try:
             yield self
@@ -121,7 +121,7 @@ kpi = default_registry.kpi
 
 
 def load_builtin() -> Registry:
-    """Import the built-in KPIs' modules and return the registry that holds them. Raises KpiError: a name is taken."""
+    """Import the built-in KPIs; returns the registry that holds them. Raises KpiError: a name is taken."""
     for module in BUILTIN_MODULES:
         import_module(module)
     return default_registry

@@ -57,7 +57,7 @@ def joint_limit_margin_m(trajectory: Trajectory) -> float:
 
 @kpi("near_miss_time_s", "s", "lower", "all", group="safety")
 def near_miss_time(trajectory: Trajectory) -> float:
-    """Time with a clearance below the scenario's safety margin [s]: each such row but the last counts one step."""
+    """Time with a clearance below the scenario's safety margin [s]; each such row but the last counts dt."""
     clearance = _clearance(trajectory)
     if not np.isfinite(clearance).any():
         return math.nan
@@ -69,9 +69,9 @@ def near_miss_time(trajectory: Trajectory) -> float:
 def time_to_collision_min(trajectory: Trajectory) -> float:
     """Smallest time to contact with a round obstacle at the velocities of any row [s]; 0 in contact.
 
-    The disc of a point or base and the obstacle keep their velocities (van der Horst & Hogema 1993, "Time-to-Collision
-    and Collision Avoidance Systems", in the plane). Obstacles of other shapes are left out. NaN for other robots,
-    and when nothing round is ever approached.
+    The disc of a point or base and the obstacle keep their velocities (van der Horst & Hogema 1993,
+    "Time-to-Collision and Collision Avoidance Systems", here in the plane). Other shapes are left out.
+    NaN for other robots, and when nothing round is ever approached.
     """
     problem = trajectory.problem
     robot = problem.robot
@@ -80,7 +80,7 @@ def time_to_collision_min(trajectory: Trajectory) -> float:
     own_position, own_velocity = trajectory.q[:, :2], trajectory.qd[:, :2]
     times = [math.nan]
     for obstacle in problem.obstacles:
-        if obstacle.shape in ROUND_SHAPES:
+        if obstacle.shape in ROUND_SHAPES and obstacle.radius is not None:
             offset = trajectory.obstacle(obstacle.name)[:, :2] - own_position
             velocity = obstacle.motion.evaluate(trajectory.t)[1] - own_velocity
             radius = robot.body_radius + obstacle.radius

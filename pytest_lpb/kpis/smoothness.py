@@ -72,8 +72,8 @@ def log_dimensionless_jerk(speed: FloatArray, frequency_hz: float) -> float:
 def spectral_arc_length(speed: FloatArray, frequency_hz: float) -> float:
     """Spectral arc length (SPARC) of a speed profile; nearer to 0 is smoother.
 
-    Balasubramanian, Melendez-Calderon, Roby-Brami & Burdet 2015, "On the analysis of movement smoothness": length of
-    the normalised Fourier magnitude spectrum up to 10 Hz or to where it last reaches 0.05.
+    Balasubramanian, Melendez-Calderon, Roby-Brami & Burdet 2015, "On the analysis of movement smoothness":
+    length of the normalised Fourier magnitude spectrum up to 10 Hz or to where it last reaches 0.05.
 
     Args:
         speed: samples of the speed, (n,) [m/s].
@@ -100,7 +100,7 @@ def spectral_arc_length(speed: FloatArray, frequency_hz: float) -> float:
 
 @kpi("curvature_max_per_m", "1/m", "lower", "solved", group="smoothness")
 def curvature_max(trajectory: Trajectory) -> float:
-    """Largest curvature of the path through three rows, 4 A / (a b c), where speed > 5 % of its peak [1/m]."""
+    """Largest curvature through three rows, 4 A / (a b c), where speed > 5 % of its peak [1/m]."""
     path = positions(trajectory)
     if len(path) < 3:
         return math.nan

@@ -131,5 +131,5 @@ def angle_motion(orientation: float | str) -> Motion:
 
 def sampled_times(dt: float, steps: int) -> FloatArray:
     """Times k dt of the rows k = 0..steps, the last included, thinned to `MAX_CHECKED_TIMES` of them, [s]."""
-    rows = np.unique(np.linspace(0, steps, min(steps + 1, MAX_CHECKED_TIMES)).round())
+    rows: FloatArray = np.linspace(0, steps, min(steps + 1, MAX_CHECKED_TIMES)).round()
     return rows * dt

@@ -5,8 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-HOLD_TO_THE_END = "end"
-
 # ceil(0.5 / 0.05) must be 10 although the quotient may come out a rounding error above it.
 _ROUNDING = 1e-9
 
@@ -21,9 +19,9 @@ def rows_to_hold(hold_time: float | str, dt: float) -> int | None:
     Returns:
         The number of steps, rounded up; None for "end".
     """
-    if hold_time == HOLD_TO_THE_END:
+    if isinstance(hold_time, str):
         return None
-    return math.ceil(float(hold_time) / dt - _ROUNDING)
+    return math.ceil(hold_time / dt - _ROUNDING)
 
 
 def first_held_row(within: NDArray[np.bool_], hold_rows: int | None) -> int | None:

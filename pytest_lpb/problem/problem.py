@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.hashing import HASHED_SECTIONS, hash_of
+from pytest_lpb.problem.hold import rows_to_hold
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import FloatArray, Robot, robot_from
 
@@ -69,9 +70,7 @@ class Problem:
     @property
     def hold_rows(self) -> int | None:
         """Steps that the goal must be held for; None: to the last row."""
-        if isinstance(self.hold_time, str):
-            return None
-        return int(np.ceil(self.hold_time / self.dt - 1e-9))
+        return rows_to_hold(self.hold_time, self.dt)
 
     @property
     def times(self) -> FloatArray:

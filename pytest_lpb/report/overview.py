@@ -22,6 +22,7 @@ from pytest_lpb.report.view import (
 
 OUTCOMES = (
     "success",
+    "criteria_failed",
     "timeout",
     "stalled",
     "infeasible",
@@ -34,6 +35,12 @@ OUTCOMES = (
     "worker_crash",
 )
 HEADLINES = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_p50_ms", "solver_time_p95_ms")
+
+
+def endings(trials: pd.DataFrame) -> pd.Series[str]:
+    """Outcome of every trial; `criteria_failed` where the goal was reached but a criterion of the scenario was not met."""
+    unmet = trials["outcome"].eq("success") & ~trials["success"].astype(bool)
+    return trials["outcome"].astype(str).mask(unmet, "criteria_failed")
 
 
 def overall(summary: pd.DataFrame, planner: str) -> Mapping[str, Any]:
@@ -60,14 +67,15 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     trials = data.trials[data.trials["planner"] == style.name]
     if not row or trials.empty:
         return Statement(style, "has no finished trial", "")
-    problems, solved = int(row["problems"]), row["successes"]
-    whole, noun = (problems, "problem") if problems == len(trials) else (len(trials), "trial")
-    if noun == "trial":
-        solved = trials["success"].astype(bool).sum()
-    rate = f"{percent(row['success_rate'])}, 95 % interval {interval(row['success_low'], row['success_high'])}"
-    text = f"solved {show(solved, 6)} of {count(whole, noun)} ({rate})"
-    details = [f"{count(problems, 'distinct problem')}, each counts once"] if noun == "trial" else []
-    failures = trials.loc[~trials["success"].astype(bool), "outcome"].value_counts()
+    problems, solved = int(row["problems"]), int(trials["success"].astype(bool).sum())
+    once = problems == len(trials)
+    rate = percent(row["success_rate"])
+    if abs(float(row["success_rate"]) - solved / len(trials)) >= 0.005:
+        rate = f"mean over {'problems' if data.trials['scenario'].nunique() == 1 else 'scenarios'} {rate}"
+    bounds = interval(row["success_low"], row["success_high"])
+    text = f"solved {solved} of {count(len(trials), 'problem' if once else 'trial')} ({rate}, 95 % interval {bounds})"
+    details = [] if once else [f"{count(problems, 'distinct problem')}, each counts once"]
+    failures = endings(trials)[~trials["success"].astype(bool)].value_counts()
     details += [f"{outcome.replace('_', ' ')} in {number}" for outcome, number in failures.items()]
     return Statement(style, text, ", ".join(details))
 
@@ -92,8 +100,8 @@ def _matrix_cell(row: Mapping[Any, Any] | None) -> Cell:
     if row is None or rate is None:
         return Cell(EMPTY)
     problems, trials = int(row["problems"]), int(row["trials"])
-    repeats = "" if problems == trials else f" ({count(trials, 'trial')})"
-    note = f"{show(row['successes'], 4)} of {count(problems, 'problem')}{repeats}"
+    repeats = "" if problems == trials else f" of {count(problems, 'problem')}"
+    note = f"{int(row['successes'])} of {count(trials, 'trial')}{repeats}"
     return Cell(percent(rate), rate, f"{note}, 95 % interval {interval(row['success_low'], row['success_high'])}")
 
 
@@ -132,7 +140,7 @@ def outcome_bars(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[O
     """How the trials of each planner ended."""
     bars = []
     for style in by_success(data, styles):
-        counts = data.trials.loc[data.trials["planner"] == style.name, "outcome"].value_counts()
+        counts = endings(data.trials[data.trials["planner"] == style.name]).value_counts()
         total = int(counts.sum())
         shares = [
             Share(name, int(counts[name]), round(100 * int(counts[name]) / total, 3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import tempfile
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,8 +13,10 @@ import jinja2
 from markupsafe import Markup
 
 from pytest_lpb.report.distributions import kpi_figures, success_groups
+from pytest_lpb.report.numbers import count
 from pytest_lpb.report.overview import (
     by_success,
+    endings,
     ordered_outcomes,
     outcome_bars,
     statements,
@@ -81,6 +84,7 @@ def page(data: ReportData) -> Page:
         notes=_notes(data),
         warnings=[str(warning) for warning in data.warnings],
         timing_contended=contended,
+        matrix_styles=list(styles.values()),
         matrix=success_matrix(data, styles),
         summary_heads=heads,
         summary=summary,
@@ -98,16 +102,26 @@ def page(data: ReportData) -> Page:
         trials_note=trials_note,
         provenance=provenance(data.run_info, styles),
         scenario_names=[str(name) for name in dict.fromkeys(data.trials["scenario"])],
-        outcome_names=ordered_outcomes(data.trials["outcome"]),
+        outcome_names=ordered_outcomes(endings(data.trials)),
     )
 
 
-def _subtitle(data: ReportData, styles: dict[str, PlannerStyle]) -> str:
-    from pytest_lpb.report.numbers import count
+def _subtitle(data: ReportData, styles: Mapping[str, PlannerStyle]) -> str:
+    counts = [(len(styles), "planner"), (data.trials["scenario"].nunique(), "scenario"), (len(data.trials), "trial")]
+    started = str(data.run_info.get("started") or "")
+    return " · ".join([*(count(number, noun) for number, noun in counts), *([started] if started else [])])
 
-    parts = [
-        count(len(data.trials), "trial"),
-        count(data.trials["scenario"].nunique(), "scenario"),
-        count(len(styles), "planner"),
-    ]
-    return ", ".join(parts)
+
+def _notes(data: ReportData) -> list[str]:
+    """What a reader must know before reading any number."""
+    if data.trials.empty:
+        return ["No trial of this run has finished."]
+    notes = []
+    problems = data.trials.groupby("scenario")["problem_hash"].nunique()
+    repeats = data.trials.groupby("scenario")["seed"].nunique()
+    fixed = [str(name) for name in problems.index if problems[name] == 1 and repeats[name] > 1]
+    if fixed:
+        notes.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
+    if data.trials["timing_contended"].astype(bool).any():
+        notes.append("† Timing was contended: other work ran on the same cores. Such figures do not compare planners.")
+    return notes

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_lpb.errors import LpbError
 from pytest_lpb.report.canvas import canvas_for
 from pytest_lpb.report.numbers import finite, show
+from pytest_lpb.report.overview import endings
 from pytest_lpb.report.scene_marks import (
     CONTACTS,
     Drawn,
@@ -33,7 +34,8 @@ CORNER_TIMES = 25  # times at which a moving obstacle's corners are held in the 
 
 def scenes(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[Scene]:
     """A scene for every scenario, in the order of the table of trials."""
-    return [_scene(data, styles, str(name), rows) for name, rows in data.trials.groupby("scenario", sort=False)]
+    by_scenario = data.trials.groupby("scenario", sort=False)
+    return [_scene(data, styles, number, str(name), rows) for number, (name, rows) in enumerate(by_scenario)]
 
 
 def representative(rows: pd.DataFrame) -> pd.DataFrame:
@@ -46,17 +48,20 @@ def representative(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([chosen, others]).sort_values("planner", key=lambda names: names.map(order))
 
 
-def _scene(data: ReportData, styles: Mapping[str, PlannerStyle], scenario: str, rows: pd.DataFrame) -> Scene:
-    chosen = representative(rows)
+def _scene(
+    data: ReportData, styles: Mapping[str, PlannerStyle], number: int, scenario: str, rows: pd.DataFrame
+) -> Scene:
+    chosen = representative(rows.assign(outcome=endings(rows)))
     notes: list[str] = []
     drawn = list(_loaded(data, styles, chosen, notes))
-    if chosen["problem_hash"].nunique() > 1:
+    if len({text for text in chosen["problem_hash"].fillna("") if text}) > 1:
         notes.append("The planners shown ran different problems; obstacles and goal are those of the first.")
     drawable = [trial for trial in drawn if trial.trajectory.problem.dimension == 2]
     if len(drawable) < len(drawn):
         notes.append("Pictures of spatial robots are not drawn.")
     seeds = sorted(set(chosen["seed"]))
     return Scene(
+        number=number,
         scenario=scenario,
         caption=f"Seed {', '.join(str(seed) for seed in seeds)} of {rows['seed'].nunique()}",
         panels=[_panel(drawable)] if drawable else [],

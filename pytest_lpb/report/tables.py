@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_p
+from pytest_lpb.report.overview import endings
 from pytest_lpb.report.view import Cell, ComparisonRow, PlannerStyle, ReportData, TrialRow
 
 MAX_COMPARISONS = 2500
@@ -78,7 +79,7 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
         note = f"{MAX_TRIALS} of {len(data.trials)} trials, failed ones first; all of them are in trials.csv."
     kpis = [kpi for kpi in data.kpis if kpi.name in TRIAL_KPIS]
     rows = []
-    for row in frame.to_dict("records"):
+    for row in frame.assign(outcome=endings(frame)).to_dict("records"):
         mark = "†" if row["timing_contended"] is True or row["timing_contended"] == 1 else ""
         cells = [
             Cell(show(row.get(kpi.name)), finite(row.get(kpi.name)), mark=mark if kpi.timing else "") for kpi in kpis

@@ -241,6 +241,7 @@ class SceneEntry:
 class Scene:
     """The picture of one scenario, with all planners."""
 
+    number: int
     scenario: str
     caption: str
     panels: Sequence[Panel]
@@ -328,6 +329,7 @@ class Page:
     notes: Sequence[str]
     warnings: Sequence[str]
     timing_contended: bool
+    matrix_styles: Sequence[PlannerStyle]
     matrix: Sequence[MatrixRow]
     summary_heads: Sequence[str]
     summary: Sequence[PlannerRow]

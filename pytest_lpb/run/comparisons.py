@@ -106,7 +106,7 @@ def _samples(
     """Values of both planners on each distinct problem, by scenario and column."""
     columns = [measure.column for measure in measures]
     cells = rows.groupby(["planner", *PROBLEM, "seed"])[columns].mean()
-    cells_a, cells_b = (cells.xs(planner, level="planner") for planner in (a, b))
+    cells_a, cells_b = (cells.loc[[planner]].droplevel("planner") for planner in (a, b))
     shared = cells_a.index.intersection(cells_b.index).sort_values()
     values_a, values_b = cells_a.loc[shared], cells_b.loc[shared]
     unknown = values_a.isna() | values_b.isna()

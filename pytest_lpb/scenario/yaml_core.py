@@ -1,6 +1,6 @@
 """Plain YAML scalars as the YAML 1.2 core schema means them, where they are unambiguous.
 
-PyYAML follows YAML 1.1: it reads `1e-3` as text, `on` and `yes` as booleans, `012` as ten and `1:30` as ninety.
+PyYAML follows YAML 1.1: it reads `1e-3` as text, `on` as a boolean, `012` as ten and `1:30` as ninety.
 Here `1e-3` is a number; `on`, `yes`, `012` and `1:30` are text.
 """
 

@@ -1,7 +1,7 @@
 """Read a scenario file's YAML: bounded, without surprises, and with the line of every key.
 
-The file is built from the parser's events, not from PyYAML's constructor: sizes, depth and aliases are bounded
-while reading, so that a file made to exhaust memory is refused within milliseconds.
+Built from the parser's events, not by PyYAML's constructor: sizes, depth and aliases are bounded while reading,
+so that a file made to exhaust memory is refused within milliseconds.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def read_yaml(content: bytes, name: str) -> Document:
         for event in yaml.parse(text, Loader=_PARSER):
             builder.handle(event)
         return builder.document()
-    except _Fault as fault:
+    except _FaultError as fault:
         raise ScenarioError(
             *capped([f"{name}:{line}: {message}" for line, message in fault.faults])
         ) from None
@@ -97,7 +97,7 @@ def _decoded(content: bytes, name: str) -> str:
     return text
 
 
-class _Fault(Exception):
+class _FaultError(Exception):
     def __init__(self, *faults: tuple[int, str]) -> None:
         super().__init__(faults)
         self.faults = faults
@@ -138,7 +138,7 @@ class _Builder:
         self.duplicates: list[tuple[int, str]] = []
 
     def handle(self, event: yaml.Event) -> None:
-        line = event.start_mark.line + 1
+        line = event.start_mark.line + 1 if event.start_mark else 1
         match event:
             case yaml.ScalarEvent():
                 self._untagged(event, line)
@@ -155,17 +155,17 @@ class _Builder:
             case yaml.DocumentStartEvent():
                 self.documents += 1
                 if self.documents > 1:
-                    raise _Fault((line, "a second document begins here; a file holds one scenario"))
+                    raise _FaultError((line, "a second document begins here; a file holds one scenario"))
 
     def document(self) -> Document:
         if self.duplicates:
-            raise _Fault(*self.duplicates)
+            raise _FaultError(*self.duplicates)
         if self.root is None or self.root[0] is None:
-            raise _Fault((1, "the file is empty; a scenario is a mapping that begins with `version: 1`"))
+            raise _FaultError((1, "the file is empty; a scenario is a mapping that begins with `version: 1`"))
         data, place = self.root
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else f"the single value {data!r:.60}"
-            raise _Fault(
+            raise _FaultError(
                 (place.line, f"found {found}; a scenario is a mapping that begins with `version: 1`")
             )
         return Document(data, place)
@@ -173,26 +173,28 @@ class _Builder:
     def _count(self, nodes: int, line: int) -> None:
         self.nodes += nodes
         if self.nodes > MAX_NODES:
-            raise _Fault((line, f"more than {MAX_NODES} values (aliases expanded); that is too many"))
+            raise _FaultError((line, f"more than {MAX_NODES} values (aliases expanded); that is too many"))
 
     def _untagged(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent, line: int) -> None:
         if event.tag is not None:
-            raise _Fault((line, f"found the tag {event.tag}; tags are not allowed in a scenario"))
+            raise _FaultError((line, f"found the tag {event.tag}; tags are not allowed in a scenario"))
 
     def _scalar(self, event: yaml.ScalarEvent, line: int) -> None:
         try:
             value = resolve(event.value) if event.implicit[0] else event.value
         except ValueError as error:
-            raise _Fault((line, str(error))) from None
+            raise _FaultError((line, str(error))) from None
         if event.anchor:
             self.anchors[event.anchor] = _Anchored(value, {}, 1)
         self._add(value, {}, line)
 
     def _open(self, data: dict[str, Any] | list[Any], anchor: str | None, line: int) -> None:
         if self.stack and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None:
-            raise _Fault((line, "found a mapping or a list as a key; keys are text"))
+            raise _FaultError((line, "found a mapping or a list as a key; keys are text"))
         if len(self.stack) >= MAX_DEPTH:
-            raise _Fault((line, f"nested more than {MAX_DEPTH} levels deep; that is too deep for a scenario"))
+            raise _FaultError(
+                (line, f"nested more than {MAX_DEPTH} levels deep; that is too deep for a scenario")
+            )
         if anchor:
             self.anchors[anchor] = None
         self.stack.append(_Open(data, line, anchor, self.nodes))
@@ -207,12 +209,12 @@ class _Builder:
     def _alias(self, anchor: str, line: int) -> None:
         self.aliases += 1
         if self.aliases > MAX_ALIASES:
-            raise _Fault((line, f"more than {MAX_ALIASES} aliases; that is too many for a scenario"))
+            raise _FaultError((line, f"more than {MAX_ALIASES} aliases; that is too many for a scenario"))
         if anchor not in self.anchors:
-            raise _Fault((line, f"the alias *{anchor} has no anchor &{anchor} before it"))
+            raise _FaultError((line, f"the alias *{anchor} has no anchor &{anchor} before it"))
         target = self.anchors[anchor]
         if target is None:
-            raise _Fault((line, f"the alias *{anchor} stands within what it stands for"))
+            raise _FaultError((line, f"the alias *{anchor} stands within what it stands for"))
         self._count(target.nodes, line)
         self._add(target.value, target.children, line)
 
@@ -233,9 +235,9 @@ class _Builder:
 
     def _key(self, top: _Open, key: Any, line: int) -> None:
         if not isinstance(key, str):
-            raise _Fault((line, f"{self._path()}found the key {described(key)}; keys are text"))
+            raise _FaultError((line, f"{self._path()}found the key {described(key)}; keys are text"))
         if key == "<<":
-            raise _Fault(
+            raise _FaultError(
                 (line, f"{self._path()}found the merge key <<; it is no YAML 1.2: write the keys out")
             )
         if key in top.data:

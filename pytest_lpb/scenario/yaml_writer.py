@@ -11,7 +11,7 @@ from pytest_lpb.scenario.yaml_core import BASED_INTEGER, FLOAT
 class _Dumper(yaml.SafeDumper):
     """Quotes text that YAML 1.2 would take for a number, besides what YAML 1.1 would."""
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002 - PyYAML's signature
         return True
 
 

@@ -60,7 +60,7 @@ def random_trials(
     rng_seed: int = 0,
     rate: float = 0.7,
 ) -> pd.DataFrame:
-    """Trials in which no planner is better than another: a problem's difficulty, and noise of each planner."""
+    """Trials in which no planner is better than another: the problem's difficulty times a planner's noise."""
     rng = np.random.default_rng(rng_seed)
     rows = []
     for scenario in scenarios:

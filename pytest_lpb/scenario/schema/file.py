@@ -51,7 +51,7 @@ class ScenarioFile(Part):
     environment: Environment = Environment()
     start: Start = Start()
     goal: Annotated[list[Goal], Field(min_length=1, max_length=MAX_GOALS)]
-    obstacles: Annotated[list[Obstacle], Field(max_length=MAX_OBSTACLES)] = []
+    obstacles: Annotated[list[Obstacle], Field(max_length=MAX_OBSTACLES)] = Field(default=[])
     randomize: Randomize | None = None
     seed: Seed = Field(default=0, description="first seed")
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] = 1

@@ -22,7 +22,9 @@ Quaternion = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 
 
 def _orientation_form(value: Any) -> str:
-    return {list: "(quaternion)", str: "(expression)"}.get(type(value), "(angle)")
+    if isinstance(value, str):
+        return "(expression)"
+    return "(quaternion)" if isinstance(value, list) else "(angle)"
 
 
 Orientation = Annotated[

@@ -59,7 +59,7 @@ class Success(Part):
 
     hold_time: HoldTime | None = Field(
         default=None,
-        description="[s] to stay within every tolerance, or `end`; default 0.5, for a moving primary goal `end`",
+        description="[s] within every tolerance, or `end`; default 0.5, for a moving primary goal `end`",
     )
     rate: Annotated[CriterionText, AfterValidator(refused(_check_rate))] | None = Field(
         default=None, description="success rate required of a planner, such as '>= 0.8'"

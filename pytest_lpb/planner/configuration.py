@@ -1,0 +1,145 @@
+"""Planner configuration files: which class, with which parameters, for which robots."""
+
+from __future__ import annotations
+
+import dataclasses
+import fnmatch
+import hashlib
+import inspect
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.names import listed, suggestion
+from pytest_lpb.planner.base import Planner
+from pytest_lpb.planner.registry import planner_class
+from pytest_lpb.problem.hashing import hash_of
+
+ROUNDING = 1e-6  # relative slack of "a multiple of dt"
+
+
+@dataclass(frozen=True)
+class PlannerConfiguration:
+    """A configured planner. Picklable: any process can build the planner from it.
+
+    Raises ConfigurationError for parameters that the class does not have or that have the wrong type.
+    """
+
+    name: str  # as users call it; the stem of its file
+    planner: str  # registered name or module:Class
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    per_robot: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    period: float | None = None  # [s]; None: every step
+    delay: float = 0.0  # [s]
+    xfail: Mapping[str, Any] = field(default_factory=dict)  # by scenario glob
+    path: Path | None = None
+
+    @cached_property
+    def planner_class(self) -> type[Planner]:
+        """The planner's class."""
+        return planner_class(self.planner)
+
+    def check(self) -> None:
+        """Check the parameters of every robot against the class. Raises ConfigurationError."""
+        for robot in (None, *self.per_robot):
+            parameters = {**self.parameters, **(self.per_robot[robot] if robot else {})}
+            self._validated(parameters, f"per_robot: {robot}" if robot else "parameters")
+
+    def parameters_for(self, robot: str, control: str) -> Any:
+        """The class's Parameters for a robot; the most specific entry of `per_robot` wins, key by key."""
+        merged = dict(self.parameters)
+        for key in (f"@{control}", robot, f"{robot}@{control}"):
+            merged.update(self.per_robot.get(key, {}))
+        return self._validated(merged, f"parameters for {robot}@{control}")
+
+    def build(self) -> Planner:
+        """A new planner with the parameters that hold for no robot in particular."""
+        return self.planner_class(self._validated(dict(self.parameters), "parameters"))
+
+    def steps_per_call(self, dt: float) -> int:
+        """Steps between two calls. Raises ConfigurationError when the period is no multiple of dt [s]."""
+        return 1 if self.period is None else self._multiple("period", self.period, dt, least=1)
+
+    def steps_of_delay(self, dt: float) -> int:
+        """Steps by which actions act later. Raises ConfigurationError when the delay is no multiple of dt [s]."""
+        return self._multiple("delay", self.delay, dt, least=0)
+
+    def _multiple(self, key: str, value: float, dt: float, least: int) -> int:
+        steps = round(value / dt)
+        if steps < least or abs(steps * dt - value) > ROUNDING * dt:
+            raise ConfigurationError(
+                f"planner {self.name!r}: {key}: {value:g} s is no multiple of this scenario's dt = {dt:g} s; "
+                f"use {max(steps, least) * dt:g}"
+            )
+        return steps
+
+    @cached_property
+    def parameters_hash(self) -> str:
+        """SHA-256 of everything that decides what the planner does, wherever its file lies."""
+        defaults = dataclasses.asdict(self._validated(dict(self.parameters), "parameters"))
+        per_robot = {key: dict(value) for key, value in self.per_robot.items()}
+        cls = self.planner_class
+        return hash_of(
+            {
+                "class": f"{cls.__module__}:{cls.__qualname__}",
+                "parameters": json.loads(json.dumps(defaults)),
+                "per_robot": per_robot,
+                "period": self.period,
+                "delay": self.delay,
+            }
+        )
+
+    @cached_property
+    def source_hash(self) -> str:
+        """SHA-256 of the source file that holds the planner's class; empty when it has none."""
+        try:
+            source = inspect.getsourcefile(self.planner_class)
+        except TypeError:
+            return ""
+        if source is None or not Path(source).is_file():
+            return ""
+        return hashlib.sha256(Path(source).read_bytes()).hexdigest()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What run.json says of the planner: resolved parameters, hashes, timing."""
+        defaults = dataclasses.asdict(self._validated(dict(self.parameters), "parameters"))
+        return {
+            "planner": self.planner,
+            "file": str(self.path) if self.path else None,
+            "parameters": json.loads(json.dumps(defaults)),
+            "per_robot": {key: dict(value) for key, value in self.per_robot.items()},
+            "parameters_hash": self.parameters_hash,
+            "source_hash": self.source_hash,
+            "period": self.period,
+            "delay": self.delay,
+        }
+
+    def expected_failure(self, scenario: str) -> Any:
+        """The xfail entry of this planner's file for a scenario, or None."""
+        return next((entry for glob, entry in self.xfail.items() if fnmatch.fnmatchcase(scenario, glob)), None)
+
+    def _validated(self, parameters: dict[str, Any], where: str) -> Any:
+        cls = self.planner_class
+        allowed = {item.name for item in dataclasses.fields(cls.Parameters)}
+        place = f"planner {self.name!r}{f' ({self.path})' if self.path else ''}: {where}"
+        for key in parameters:
+            if key not in allowed:
+                raise ConfigurationError(
+                    f"{place}: unknown parameter {key!r}{suggestion(key, allowed)}; "
+                    f"{cls.__name__} has {listed(allowed)}"
+                )
+        try:
+            return TypeAdapter(cls.Parameters).validate_json(json.dumps(parameters), strict=True)
+        except ValidationError as error:
+            raise ConfigurationError(
+                "\n".join(
+                    f"{place}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}, found {fault['input']!r}"
+                    for fault in error.errors()
+                )
+            ) from None

@@ -1,0 +1,130 @@
+"""Finds and reads planner configurations: `planners/NAME.yaml`, shipped ones, `PATH.yaml`, `NAME=PATH`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pytest_lpb.errors import ConfigurationError, LpbError
+from pytest_lpb.names import is_name, listed, suggestion
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.registry import registered_names
+from pytest_lpb.shipped import shipped_folder
+from pytest_lpb.scenario.yaml_reader import Document, read_yaml
+
+SUFFIXES = (".yaml", ".yml")
+
+
+class _File(BaseModel):
+    """Content of a planner configuration file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    planner: str
+    parameters: dict[str, Any] = {}
+    per_robot: dict[str, dict[str, Any]] = {}
+    period: Annotated[float, Field(gt=0.0)] | None = None
+    delay: Annotated[float, Field(ge=0.0)] = 0.0
+    xfail: dict[str, Any] = {}
+    description: str = ""
+
+
+def find_planners(references: Sequence[str], folders: Sequence[Path]) -> list[PlannerConfiguration]:
+    """The configurations that `--lpb-planners` names, in its order.
+
+    Args:
+        references: NAME, PATH.yaml or NAME=PATH each.
+        folders: folders of NAME.yaml, in the order of search; shipped ones come last.
+
+    Raises ConfigurationError for unknown, repeated or wrong ones.
+    """
+    found: dict[str, PlannerConfiguration] = {}
+    for reference in references:
+        configuration = _find(reference, [*folders, shipped_folder("planners")])
+        if configuration.name in found:
+            raise ConfigurationError(f"planner {configuration.name!r} is named twice in {', '.join(references)}")
+        configuration.check()
+        found[configuration.name] = configuration
+    return list(found.values())
+
+
+def _find(reference: str, folders: Iterable[Path]) -> PlannerConfiguration:
+    name, equals, path = reference.partition("=")
+    if equals:
+        return read_planner(Path(path), name)
+    if reference.endswith(SUFFIXES):
+        return read_planner(Path(reference), Path(reference).stem)
+    if ":" in reference:
+        raise ConfigurationError(
+            f"planner {reference!r}: give it a name in a file `NAME.yaml` with `planner: {reference}`"
+        )
+    for folder in folders:
+        for suffix in SUFFIXES:
+            if (folder / f"{reference}{suffix}").is_file():
+                return read_planner(folder / f"{reference}{suffix}", reference)
+    if reference in registered_names():
+        return PlannerConfiguration(reference, reference)
+    raise _unknown(reference, folders)
+
+
+def _unknown(reference: str, folders: Iterable[Path]) -> ConfigurationError:
+    names = set(registered_names())
+    for folder in folders:
+        names |= {path.stem for suffix in SUFFIXES for path in folder.glob(f"*{suffix}")}
+    searched = ", ".join(str(folder) for folder in folders if folder.is_dir())
+    return ConfigurationError(
+        f"unknown planner {reference!r}{suggestion(reference, names)}; known are {listed(names)} (searched {searched})"
+    )
+
+
+def read_planner(path: Path, name: str) -> PlannerConfiguration:
+    """The configuration in a file, under a name.
+
+    Raises ConfigurationError with file and line for everything that is wrong with it.
+    """
+    if not is_name(name):
+        raise ConfigurationError(f"planner name {name!r} is not allowed; use letters, digits, _ . -")
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ConfigurationError(f"planner {name!r}: cannot read {path}: {error.strerror}") from None
+    try:
+        document = read_yaml(content, str(path))
+    except LpbError as error:
+        raise ConfigurationError(str(error)) from None
+    if not isinstance(document.data, Mapping):
+        raise ConfigurationError(f"{path}:1: a planner configuration is a mapping with the key `planner`")
+    return _parsed(document, path, name)
+
+
+def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
+    try:
+        content = _File.model_validate(document.data)
+    except ValidationError as error:
+        raise ConfigurationError(
+            "\n".join(_message(document, path, fault) for fault in error.errors())
+        ) from None
+    return PlannerConfiguration(
+        name=name,
+        planner=content.planner,
+        parameters=content.parameters,
+        per_robot=content.per_robot,
+        period=content.period,
+        delay=content.delay,
+        xfail=content.xfail,
+        path=path,
+    )
+
+
+def _message(document: Document, path: Path, fault: Any) -> str:
+    loc, key = fault["loc"], ".".join(map(str, fault["loc"]))
+    line = document.line_of(loc)
+    if fault["type"] == "extra_forbidden":
+        allowed = _File.model_fields
+        return f"{path}:{line}: {key}: unknown key{suggestion(str(loc[-1]), allowed)}; allowed: {listed(allowed)}"
+    if fault["type"] == "missing":
+        return f"{path}:{line}: {key}: missing; name the planner's class here"
+    return f"{path}:{line}: {key}: {fault['msg']}, found {fault['input']!r}"

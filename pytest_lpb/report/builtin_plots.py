@@ -1,0 +1,122 @@
+"""The plots that come with pytest-lpb."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.patches import Circle, Polygon
+
+from pytest_lpb.problem.planar.shapes import SHAPES
+from pytest_lpb.report.plots import plot
+from pytest_lpb.report.scene_marks import goal_points, placed_corners, primary_link
+from pytest_lpb.statistics import wilson_interval
+
+if TYPE_CHECKING:
+    from pytest_lpb.trajectory import Trajectory
+
+AXIS_LETTERS = "xyz"
+
+
+@plot("path")
+def path(trajectory: Trajectory, axes: Any) -> None:
+    """The goal link's path among the obstacles, seen along z; moving obstacles as they stand at the end."""
+    points = trajectory.link(primary_link(trajectory))
+    axes.plot(points[:, 0], points[:, 1], color="C0", label=trajectory.outcome)
+    axes.plot(*points[0, :2], "o", color="C0", fillstyle="none", label="start")
+    if trajectory.problem.dimension == 2:
+        _draw_surroundings(trajectory, axes)
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(loc="best", fontsize="small")
+
+
+def _draw_surroundings(trajectory: Trajectory, axes: Any) -> None:
+    for obstacle in trajectory.problem.obstacles:
+        positions, angles = obstacle.poses(trajectory.t)
+        if obstacle.moving:
+            axes.plot(positions[:, 0], positions[:, 1], ":", color="0.5", linewidth=1)
+        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        if isinstance(outline, float):
+            axes.add_patch(Circle(tuple(positions[-1]), outline, color="0.7"))
+        else:
+            axes.add_patch(Polygon(placed_corners(obstacle, positions[-1], float(angles[-1])), color="0.7"))
+    targets = goal_points(trajectory)
+    if len(targets):
+        axes.plot(*targets[-1], "+", color="C2", markersize=10, label="goal")
+        tolerance = trajectory.problem.primary.tolerance
+        if tolerance is not None:
+            axes.add_patch(Circle(tuple(targets[-1]), tolerance, edgecolor="C2", facecolor="none"))
+
+
+@plot("clearance")
+def clearance(trajectory: Trajectory, axes: Any) -> None:
+    """Signed distance to the nearest obstacle over time."""
+    axes.plot(trajectory.t, trajectory.clearance, color="C0")
+    axes.axhline(0.0, color="C3", linewidth=1, label="contact")
+    axes.axhline(trajectory.problem.safety_margin, color="0.5", linewidth=1, linestyle="--", label="safety margin")
+    axes.set(xlabel="time [s]", ylabel="clearance [m]")
+    axes.legend(loc="best", fontsize="small")
+
+
+@plot("goal_error")
+def goal_error(trajectory: Trajectory, axes: Any) -> None:
+    """Error of every sub-goal over time, with its tolerance."""
+    for index, goal in enumerate(trajectory.problem.goal):
+        colour = f"C{index % 10}"
+        axes.plot(trajectory.t, trajectory.goal_error(goal.name), color=colour, label=f"{goal.name} [{goal.unit}]")
+        if goal.tolerance is not None:
+            axes.axhline(goal.tolerance, color=colour, linewidth=1, linestyle="--")
+    axes.set(xlabel="time [s]", ylabel="error")
+    axes.legend(loc="best", fontsize="small")
+
+
+@plot("action")
+def action(trajectory: Trajectory, axes: Any) -> None:
+    """The planner's actions over time (lines), and what the limits left of them (dots)."""
+    for index in range(trajectory.action.shape[1]):
+        colour = f"C{index % 10}"
+        axes.step(trajectory.t, trajectory.action[:, index], where="post", color=colour, label=f"action{index}")
+        axes.plot(trajectory.t, trajectory.applied[:, index], ".", color=colour, markersize=2)
+    axes.set(xlabel="time [s]", ylabel=f"action ({trajectory.problem.control})")
+    axes.legend(loc="best", fontsize="small")
+
+
+@plot("solver_time")
+def solver_time(trajectory: Trajectory, axes: Any) -> None:
+    """Wall and CPU time of each call of the planner."""
+    for series, marker, label in (
+        (trajectory.solver_wall_ms, ".", "wall time"),
+        (trajectory.solver_cpu_ms, "+", "CPU time"),
+    ):
+        axes.plot(trajectory.t, series, marker, markersize=4, label=label)
+    positive = np.concatenate([trajectory.solver_wall_ms, trajectory.solver_cpu_ms])
+    if np.any(positive > 0):
+        axes.set_yscale("log")
+    axes.set(xlabel="time [s]", ylabel="solver time [ms]")
+    axes.legend(loc="best", fontsize="small")
+
+
+@plot("success", scope="run")
+def success(trajectories: Sequence[Trajectory], axes: Any) -> None:
+    """Success rate of each planner over distinct problems, with 95 % Wilson intervals."""
+    by_planner: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
+    for trajectory in trajectories:
+        by_planner[planner_of(trajectory)][trajectory.problem.problem_hash].append(trajectory.outcome == "success")
+    names = list(by_planner)
+    for place, name in enumerate(names):
+        rates = [float(np.mean(solved)) for solved in by_planner[name].values()]
+        rate = float(np.mean(rates))
+        low, high = wilson_interval(sum(rates), len(rates))
+        axes.barh(place, rate, color=f"C{place % 10}", alpha=0.6)
+        axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
+    axes.set(xlabel="success rate over problems", xlim=(0, 1), yticks=range(len(names)), yticklabels=names)
+    axes.invert_yaxis()
+
+
+def planner_of(trajectory: Trajectory) -> str:
+    """Name of the planner that a trial ran, from its node id."""
+    parts = str(trajectory.metadata.get("node_id", "")).split("::")
+    return parts[1] if len(parts) > 2 else "?"

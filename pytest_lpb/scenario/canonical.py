@@ -1,0 +1,129 @@
+"""The canonical form of a scenario: every default filled in, plain Python types only."""
+
+from typing import Any
+
+from pytest_lpb.scenario.checks.goal import goal_names, primary_index
+from pytest_lpb.scenario.checks.obstacles import obstacle_names
+from pytest_lpb.scenario.schema import ScenarioFile
+from pytest_lpb.scenario.schema.environment import Environment, Start
+from pytest_lpb.scenario.schema.goal import Goal
+from pytest_lpb.scenario.schema.obstacle import Obstacle
+from pytest_lpb.scenario.schema.randomize import Randomize
+from pytest_lpb.scenario.schema.robot import Robot
+from pytest_lpb.scenario.schema.success import Success
+from pytest_lpb.scenario.schema.values import parse_criterion
+from pytest_lpb.scenario.structure import MODELS, Structure
+
+DEFAULT_HOLD_TIME = 0.5  # [s]
+DEFAULT_WHEEL_BASE = 0.5  # [m]
+HOLD_TO_THE_END = "end"
+
+Plain = dict[str, Any]
+
+
+def concrete_form(file: ScenarioFile, structure: Structure) -> Plain:
+    """What `Problem.from_dict` reads; a scenario file of this content gives the same form again."""
+    return {
+        "version": 1,
+        "description": file.description,
+        "tags": list(file.tags),
+        "robot": _robot(file.robot),
+        "environment": _environment(file.environment),
+        "start": _start(file.start, structure),
+        "goal": _goals(file.goal),
+        "obstacles": _obstacles(file.obstacles),
+        "seed": file.seed,
+        "trials": file.trials,
+        "success": _success(file.success, file.goal),
+    }
+
+
+def _robot(robot: Robot) -> Plain:
+    model = MODELS[robot.model or ""]
+    links = robot.links or []
+    plain: Plain = {
+        "model": robot.model,
+        "name": robot.name or (f"{robot.model}_{len(links)}" if links else robot.model),
+    }
+    if "links" in model.keys:
+        plain["links"] = list(links)
+    plain["control"] = robot.control
+    plain["base"] = model.base
+    plain["body_radius"] = model.body_radius if robot.body_radius is None else robot.body_radius
+    if "wheel_base" in model.keys:
+        plain["wheel_base"] = DEFAULT_WHEEL_BASE if robot.wheel_base is None else robot.wheel_base
+    plain["collision"] = (
+        robot.collision if isinstance(robot.collision, str) else robot.collision.model_dump(exclude_none=True)
+    )
+    plain["limits"] = {
+        key: getattr(robot.limits, key, None) for key in ("position", "velocity", "acceleration")
+    }
+    plain["self_collision_pairs"] = robot.self_collision_pairs
+    return plain
+
+
+def _environment(environment: Environment) -> Plain:
+    return environment.model_dump()
+
+
+def _start(start: Start, structure: Structure) -> Plain:
+    velocity = getattr(start, structure.velocity_key)
+    return {
+        "q": list(start.q or [0.0] * structure.dof),
+        structure.velocity_key: list(velocity or [0.0] * len(structure.actions)),
+    }
+
+
+def _goals(goals: list[Goal]) -> list[Plain]:
+    primary = primary_index(goals)
+    return [
+        {
+            "name": name,
+            "type": goal.type,
+            **_given(goal, leave=("name", "type", "tolerance", "weight", "primary", "periodic")),
+            **_periodic(goal),
+            "tolerance": goal.tolerance,
+            "weight": goal.weight,
+            "primary": index == primary,
+        }
+        for index, (name, goal) in enumerate(zip(goal_names(goals), goals, strict=True))
+    ]
+
+
+def _given(part: Goal | Obstacle, leave: tuple[str, ...]) -> Plain:
+    return {key: value for key, value in part.model_dump(exclude_none=True).items() if key not in leave}
+
+
+def _periodic(part: Goal | Obstacle) -> Plain:
+    if getattr(part, "spline", None) is None:
+        return {}
+    return {"periodic": bool(getattr(part, "periodic", None))}
+
+
+def _obstacles(obstacles: list[Obstacle]) -> list[Plain]:
+    return [
+        {
+            "name": name,
+            "shape": obstacle.shape,
+            **_given(obstacle, leave=("name", "shape", "orientation", "periodic")),
+            **_periodic(obstacle),
+            "orientation": 0.0 if obstacle.orientation is None else obstacle.orientation,
+        }
+        for name, obstacle in zip(obstacle_names(obstacles), obstacles, strict=True)
+    ]
+
+
+def _success(success: Success, goals: list[Goal]) -> Plain:
+    moving = getattr(goals[primary_index(goals)], "target", ()) is None
+    default = HOLD_TO_THE_END if moving else DEFAULT_HOLD_TIME
+    plain: Plain = {"hold_time": default if success.hold_time is None else success.hold_time}
+    if success.rate is not None:
+        plain["rate"] = str(parse_criterion(success.rate))
+    for name, text in (success.model_extra or {}).items():
+        plain[name] = str(parse_criterion(text))
+    return plain
+
+
+def randomize_form(randomize: Randomize) -> Plain:
+    """The ranges given, by part: start {q}, goal [ranges] or {q}, obstacles [groups]."""
+    return randomize.model_dump(include={"start", "goal", "obstacles"}, exclude_none=True)

@@ -1,0 +1,138 @@
+"""Checks of the robot and its start."""
+
+from collections.abc import Iterator, Sequence
+
+from pytest_lpb.names import listed, suggestion
+from pytest_lpb.scenario.faults import Fault
+from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, AVAILABLE_MODELS, AVAILABLE_URDF
+from pytest_lpb.scenario.schema.environment import Environment, Start
+from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
+from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Structure
+
+
+def check_model(robot: Robot) -> Iterator[Fault]:
+    """The robot is of a model this version has, and has no keys of other models."""
+    if (robot.model is None) == (robot.urdf is None):
+        found = "neither" if robot.model is None else "both"
+        yield Fault(("robot",), f"found {found} of model and urdf; exactly one is required")
+        return
+    if robot.urdf is not None and not AVAILABLE_URDF:
+        yield Fault(
+            ("robot", "urdf"), f"URDF robots are not available in this version; allowed: model {_models()}"
+        )
+        return
+    if robot.model not in AVAILABLE_MODELS:
+        hint = suggestion(robot.model or "", AVAILABLE_MODELS)
+        yield Fault(
+            ("robot", "model"), f"{robot.model} is not available in this version{hint}; allowed: {_models()}"
+        )
+        return
+    model = MODELS[robot.model]
+    allowed = COMMON_KEYS | model.keys
+    given = {key for key in robot.model_fields_set if getattr(robot, key) is not None}
+    for key in sorted(given - allowed):
+        yield Fault(("robot", key), f"has no meaning for the model {robot.model}; allowed: {listed(allowed)}")
+    if robot.base not in (None, model.base):
+        yield Fault(
+            ("robot", "base"),
+            f"{robot.base} is not available for the model {robot.model}; allowed: {model.base}",
+        )
+    for key in sorted(model.keys & {"links"}):
+        if getattr(robot, key) is None:
+            yield Fault(
+                ("robot", key), f"is missing; {robot.model} needs a count of links, or their lengths [m]"
+            )
+
+
+def _models() -> str:
+    return listed(AVAILABLE_MODELS)
+
+
+def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
+    """The engine can apply this kind of action."""
+    allowed = AVAILABLE_CONTROLS.get(environment.engine)
+    if allowed and robot.control not in allowed:
+        yield Fault(
+            ("robot", "control"),
+            f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",
+        )
+
+
+def check_limits(robot: Robot, structure: Structure) -> Iterator[Fault]:
+    """One limit per joint, or per action."""
+    names = {"position": structure.joints, "velocity": structure.actions, "acceleration": structure.actions}
+    for key, entries in names.items():
+        given = getattr(robot.limits, key, None)
+        if given is not None and len(given) != len(entries):
+            yield Fault(("robot", "limits", key), wrong_length(given, entries))
+
+
+def wrong_length(given: Sequence[object], names: Sequence[str]) -> str:
+    """What to say of a list that is not as long as the names of its entries."""
+    return f"found {len(given)} entries; {len(names)} required: {', '.join(names)}"
+
+
+def check_spheres(robot: Robot, structure: Structure) -> Iterator[Fault]:
+    """Collision spheres: one form, on links that exist, in the plane for planar robots."""
+    if not isinstance(robot.collision, CollisionSpheres):
+        return
+    place = ("robot", "collision")
+    spheres = robot.collision.spheres
+    if (spheres is None) == (robot.collision.link_spheres is None):
+        found = "neither" if spheres is None else "both"
+        yield Fault(place, f"found {found} of spheres and link_spheres; exactly one is required")
+        return
+    for link, rows in (spheres or {}).items():
+        yield from unknown_name((*place, "spheres", link), link, structure.links, "link")
+        for index, (_, _, z, radius) in enumerate(rows):
+            if radius <= 0.0 or (structure.dimension == 2 and z != 0.0):
+                yield Fault(
+                    (*place, "spheres", link, index),
+                    f"found z = {z:g}, r = {radius:g}; allowed: r > 0, and z = 0 for planar robots",
+                )
+
+
+def unknown_name(loc: tuple[str | int, ...], name: str, allowed: Sequence[str], kind: str) -> Iterator[Fault]:
+    """A fault when `name` is none of the allowed ones."""
+    if name not in allowed:
+        hint = suggestion(name, allowed)
+        yield Fault(loc, f"unknown {kind} {name!r}{hint}; allowed: {', '.join(allowed)}")
+
+
+def check_pairs(robot: Robot, structure: Structure) -> Iterator[Fault]:
+    """Self-collision pairs name two bodies that exist, each pair once."""
+    seen: dict[frozenset[str], int] = {}
+    for index, pair in enumerate(robot.self_collision_pairs or ()):
+        place = ("robot", "self_collision_pairs", index)
+        for position, body in enumerate(pair):
+            yield from unknown_name((*place, position), body, structure.bodies, "body")
+        first = seen.setdefault(frozenset(pair), index)
+        if first != index:
+            yield Fault(place, f"found {pair} again; it is pair {first} already")
+
+
+def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fault]:
+    """The start has one number per joint and per action, and lies within the position limits."""
+    other = {"qd": "u", "u": "qd"}[structure.velocity_key]
+    if getattr(start, other) is not None:
+        yield Fault(
+            ("start", other),
+            f"has no meaning for the model {robot.model}; its start velocity is {structure.velocity_key}: "
+            f"{', '.join(structure.actions)}",
+        )
+    velocity = getattr(start, structure.velocity_key)
+    if velocity is not None and len(velocity) != len(structure.actions):
+        yield Fault(("start", structure.velocity_key), wrong_length(velocity, structure.actions))
+    if start.q is not None and len(start.q) != structure.dof:
+        yield Fault(("start", "q"), wrong_length(start.q, structure.joints))
+        return
+    yield from _outside_limits(start.q or [0.0] * structure.dof, robot)
+
+
+def _outside_limits(q: Sequence[float], robot: Robot) -> Iterator[Fault]:
+    limits = (robot.limits.position if robot.limits else None) or []
+    for index, (value, limit) in enumerate(zip(q, limits, strict=False)):
+        if limit is not None and not limit[0] <= value <= limit[1]:
+            yield Fault(
+                ("start", "q", index), f"joint {index}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]"
+            )

@@ -1,0 +1,82 @@
+"""Checks of the engine, the clock, and how much there is to compute."""
+
+from collections.abc import Iterator
+
+from pytest_lpb.names import listed
+from pytest_lpb.scenario.faults import Fault
+from pytest_lpb.scenario.schema.available import AVAILABLE_ENGINES
+from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
+from pytest_lpb.scenario.schema.obstacle import MAX_OBSTACLES, Obstacle
+from pytest_lpb.scenario.schema.randomize import Randomize
+from pytest_lpb.scenario.schema.success import MAX_SEED, Success
+
+MAX_ROWS_OF_OBSTACLES = 50_000_000
+_MULTIPLE = 1e-6  # [steps] a duration may miss a multiple of dt by
+
+
+def check_engine(environment: Environment) -> Iterator[Fault]:
+    """The engine is one this version has, with what it can simulate."""
+    if environment.engine not in AVAILABLE_ENGINES:
+        yield Fault(
+            ("environment", "engine"),
+            f"{environment.engine} is not available in this version; allowed: {listed(AVAILABLE_ENGINES)}",
+        )
+    elif environment.dynamics:
+        yield Fault(
+            ("environment", "dynamics"),
+            f"true is not available with the engine {environment.engine}; allowed: false",
+        )
+
+
+def check_steps(environment: Environment) -> Iterator[Fault]:
+    """The duration is a whole number of steps, and not too many."""
+    place = ("environment", "duration")
+    steps = environment.duration / environment.dt
+    if steps > MAX_STEPS + 0.5:
+        yield Fault(
+            place,
+            f"{environment.duration:g} s in steps of {environment.dt:g} s are {steps:.0f} steps; "
+            f"allowed are at most {MAX_STEPS}",
+        )
+    elif round(steps) < 1 or abs(steps - round(steps)) > _MULTIPLE:
+        nearest = max(round(steps), 1) * environment.dt
+        yield Fault(
+            place,
+            f"{environment.duration:g} s is not a multiple of dt = {environment.dt:g} s; the nearest is {nearest:g}",
+        )
+
+
+def check_rows(
+    environment: Environment, obstacles: list[Obstacle], randomize: Randomize | None
+) -> Iterator[Fault]:
+    """The number of obstacles, drawn ones included, and of their recorded positions is bounded."""
+    drawn = sum(group.count[1] for group in (randomize.obstacles or ())) if randomize else 0
+    total = len(obstacles) + drawn
+    place = ("randomize", "obstacles") if drawn else ("obstacles",)
+    if total > MAX_OBSTACLES:
+        yield Fault(
+            place,
+            f"{len(obstacles)} listed and up to {drawn} drawn obstacles; allowed are {MAX_OBSTACLES} in total",
+        )
+    rows = environment.duration / environment.dt + 1
+    if rows * total > MAX_ROWS_OF_OBSTACLES:
+        yield Fault(
+            place,
+            f"{total} obstacles over {rows:.0f} rows are {rows * total:.3g} recorded positions; "
+            f"allowed are {MAX_ROWS_OF_OBSTACLES:.0e}",
+        )
+
+
+def check_hold_time(success: Success, environment: Environment) -> Iterator[Fault]:
+    """The goal can be held for the hold time within the duration."""
+    if isinstance(success.hold_time, float) and success.hold_time > environment.duration:
+        yield Fault(
+            ("success", "hold_time"),
+            f"found {success.hold_time:g} s; allowed: at most the duration, {environment.duration:g} s",
+        )
+
+
+def check_seeds(seed: int, trials: int) -> Iterator[Fault]:
+    """The last seed is in range too."""
+    if seed + trials - 1 > MAX_SEED:
+        yield Fault(("seed",), f"{trials} trials from seed {seed} go beyond the largest seed, {MAX_SEED}")

@@ -1,0 +1,183 @@
+"""The trial loop: observe, ask the planner, act. Only the planner's call is on the clock."""
+
+from __future__ import annotations
+
+import gc
+import traceback
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import isfinite
+from time import perf_counter_ns, thread_time_ns
+from typing import Any
+
+import numpy as np
+
+from pytest_lpb.environment.environment import ScenarioEnvironment
+from pytest_lpb.errors import Infeasible, PlannerError
+from pytest_lpb.planner.base import Planner
+from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
+
+
+@dataclass
+class Log:
+    """What a trial leaves behind: one entry per row, one per step, one per planner call."""
+
+    q: list[list[float]] = field(default_factory=list)
+    qd: list[list[float]] = field(default_factory=list)
+    u: list[list[float]] = field(default_factory=list)
+    goal_errors: list[list[float]] = field(default_factory=list)
+    clearance: list[tuple[float, str, str]] = field(default_factory=list)
+    self_clearance: list[float] = field(default_factory=list)
+    action: list[list[float]] = field(default_factory=list)
+    applied: list[list[float]] = field(default_factory=list)
+    call_row: list[int] = field(default_factory=list)
+    call_wall_ns: list[int] = field(default_factory=list)
+    call_cpu_ns: list[int] = field(default_factory=list)
+    diagnostics: list[dict[str, float]] = field(default_factory=list)
+    outcome: str = ""
+    fault: str = ""  # what went wrong in the software, in one line
+    details: str = ""  # its traceback
+    loop_ns: int = 0
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """No garbage collection while a trial runs; what is alive already is never looked at again."""
+    enabled = gc.isenabled()
+    gc.disable()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        if enabled:
+            gc.enable()
+
+
+def run_loop(environment: ScenarioEnvironment, planner: Planner, every: int, delay: int) -> Log:
+    """Run a trial that `environment.reset` and `planner.setup` have prepared.
+
+    Args:
+        environment: at row 0, handing out its own arrays.
+        planner: asked at every `every`-th row; between, its last action is held.
+        every: steps per call.
+        delay: steps by which actions act later; the robot is given zeros before the first.
+    """
+    log = Log()
+    with undisturbed():
+        started = perf_counter_ns()
+        log_row(log, environment)
+        try:
+            _steps(log, environment, planner, every, delay)
+        except Infeasible as error:
+            ended(log, INFEASIBLE, error)
+        except (_PlannerFaultError, PlannerError) as error:
+            ended(log, PLANNER_ERROR, error.__cause__ or error)
+        except Exception as error:
+            # A simulator may fail in any way on any input; the trial ends, its rows so far are kept.
+            ended(log, ENVIRONMENT_ERROR, error)
+        log.loop_ns = perf_counter_ns() - started
+    log.outcome = log.outcome or environment.outcome or ""
+    return log
+
+
+class _PlannerFaultError(Exception):
+    """A planner raised; the cause says what."""
+
+
+def _steps(log: Log, environment: ScenarioEnvironment, planner: Planner, every: int, delay: int) -> None:
+    size = environment.problem.robot.n_actions
+    observation = environment.observe()
+    waiting: deque[list[float]] = deque([[0.0] * size] * delay)
+    wanted: list[float] = []
+    while not environment.ended:
+        row = environment.row
+        if row % every == 0:
+            wanted = _call(log, planner, observation, row, size)
+        waiting.append(wanted)
+        action = waiting.popleft()
+        environment.step(action)
+        log.action.append(action)
+        log.applied.append(environment.applied)
+        log_row(log, environment)
+
+
+def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> list[float]:
+    """One call of the planner, timed; its action as finite numbers."""
+    cpu_started = thread_time_ns()
+    started = perf_counter_ns()
+    try:
+        result = planner.compute_action(observation)
+    except Infeasible:
+        raise
+    except (Exception, SystemExit) as error:
+        # Whatever a planner raises is that trial's outcome, not the end of a study.
+        raise _PlannerFaultError from error
+    finally:
+        ended = perf_counter_ns()
+        cpu_ended = thread_time_ns()
+        log.call_row.append(row)
+        log.call_wall_ns.append(ended - started)
+        log.call_cpu_ns.append(cpu_ended - cpu_started)
+        log.diagnostics.append(dict(planner.diagnostics) if planner.diagnostics else {})
+    return checked_action(result, size)
+
+
+def checked_action(result: Any, size: int) -> list[float]:
+    """A planner's result as a list of finite numbers.
+
+    Raises PlannerError when it is not an array of shape (size,) of finite real numbers.
+    """
+    if not (isinstance(result, np.ndarray) and result.dtype == np.float64):
+        try:
+            result = np.asarray(result)
+            if result.dtype.kind not in "fiu":
+                raise TypeError(f"its elements are {result.dtype}")
+            result = result.astype(np.float64)
+        except (TypeError, ValueError) as error:
+            raise PlannerError(
+                f"compute_action returned {_short(result)}, which is no array of real numbers: {error}"
+            ) from None
+    if result.shape != (size,):
+        raise PlannerError(f"compute_action returned an array of shape {result.shape}; expected ({size},)")
+    values: list[float] = result.tolist()
+    if not all(map(isfinite, values)):
+        raise PlannerError(f"compute_action returned {values}; every entry must be finite")
+    return values
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def log_row(log: Log, environment: ScenarioEnvironment) -> None:
+    """Log the state of the environment's current row."""
+    engine, monitor = environment.running_engine, environment.monitor
+    log.q.append(engine.q)
+    log.qd.append(engine.qd)
+    log.u.append(engine.u)
+    log.goal_errors.append(monitor.goal_errors)
+    log.clearance.append(monitor.clearance)
+    log.self_clearance.append(monitor.self_clearance[0])
+
+
+def ended(log: Log, outcome: str, error: BaseException) -> Log:
+    """The log of a trial that an error ends."""
+    log.outcome = outcome
+    log.fault, log.details = _described(error)
+    return log
+
+
+def _described(error: BaseException) -> tuple[str, str]:
+    """An exception in one line, with the file and line that raised it, and its traceback."""
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    if isinstance(error, Infeasible | PlannerError):
+        text = str(error) or type(error).__name__
+    frames = traceback.extract_tb(error.__traceback__)
+    own = "pytest_lpb/trial/"
+    if frames and own not in frames[-1].filename.replace("\\", "/"):
+        text += f" ({frames[-1].filename}:{frames[-1].lineno})"
+    return text.replace("\n", " "), "".join(traceback.format_exception(error))

@@ -1,0 +1,95 @@
+"""How a trial ended, as a person would say it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pytest_lpb.environment.monitor import Violation
+from pytest_lpb.trajectory import Trajectory
+
+
+def outcome_message(trajectory: Trajectory, violation: Violation | None, fault: str) -> str:
+    """One sentence about a trial's outcome, with the figures that explain it."""
+    outcome = trajectory.outcome
+    if outcome in _VIOLATIONS and violation is not None:
+        return f"{_VIOLATIONS[outcome](trajectory, violation)}, {_distance_left(trajectory, violation.row)}"
+    if outcome in _SENTENCES:
+        return _SENTENCES[outcome](trajectory)
+    return f"{outcome.replace('_', ' ')} at t = {_end_time(trajectory):.4g} s: {fault}"
+
+
+def _collision(trajectory: Trajectory, violation: Violation) -> str:
+    distance, body, obstacle = violation.clearance
+    t = trajectory.t[violation.row]
+    return f"{body!r} hit obstacle {obstacle!r} at t = {t:.4g} s ({-distance:.2g} m deep)"
+
+
+def _self_collision(trajectory: Trajectory, violation: Violation) -> str:
+    distance, body, other = violation.clearance
+    return f"{body!r} hit {other!r} at t = {trajectory.t[violation.row]:.4g} s ({-distance:.2g} m deep)"
+
+
+def _joint_limit(trajectory: Trajectory, violation: Violation) -> str:
+    joint = violation.joint or 0
+    robot = trajectory.problem.robot
+    lower, upper = robot.limits.position[joint]
+    value = trajectory.q[violation.row, joint]
+    return (
+        f"joint {robot.joint_names[joint]!r} at {value:.4g} left its limits [{lower:g}, {upper:g}] "
+        f"at t = {trajectory.t[violation.row]:.4g} s"
+    )
+
+
+_VIOLATIONS: dict[str, Callable[[Trajectory, Violation], str]] = {
+    "collision": _collision,
+    "self_collision": _self_collision,
+    "joint_limit": _joint_limit,
+}
+
+
+def _success(trajectory: Trajectory) -> str:
+    row = trajectory.goal_row or 0
+    return f"reached the goal after {trajectory.t[row]:.4g} s{_closest(trajectory)}"
+
+
+def _timeout(trajectory: Trajectory) -> str:
+    return f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s{_closest(trajectory)}"
+
+
+def _stalled(trajectory: Trajectory) -> str:
+    return f"came to a standstill: {_timeout(trajectory)}"
+
+
+_SENTENCES: dict[str, Callable[[Trajectory], str]] = {
+    "success": _success,
+    "timeout": _timeout,
+    "stalled": _stalled,
+}
+
+
+def _distance_left(trajectory: Trajectory, row: int) -> str:
+    """The primary goal's distance at a row; with other sub-goals, those outside their tolerance too."""
+    primary = trajectory.problem.primary
+    parts = [f"{trajectory.goal_error(primary.name)[row]:.2f} {primary.unit} from the goal"]
+    if primary.tolerance is not None:
+        parts[0] += f" (tolerance {primary.tolerance:.2f} {primary.unit})"
+    for goal in trajectory.problem.goal:
+        error = trajectory.goal_error(goal.name)[row]
+        if goal is not primary and goal.tolerance is not None and error > goal.tolerance:
+            parts.append(f"{error:.2f} {goal.unit} from {goal.name!r} (tolerance {goal.tolerance:.2f} {goal.unit})")
+    return ("reached " if row == -1 else "") + " and ".join(parts)
+
+
+def _closest(trajectory: Trajectory) -> str:
+    clearance = trajectory.clearance
+    if not len(clearance) or np.isnan(clearance).all():
+        return ""
+    row = int(np.nanargmin(clearance))
+    name = trajectory.column("clearance_obstacle")[row]
+    return f"; closest obstacle {name!r} at {clearance[row]:.2f} m"
+
+
+def _end_time(trajectory: Trajectory) -> float:
+    return float(trajectory.t[-1])

@@ -1,0 +1,110 @@
+"""Runs one trial and gives back its raw data."""
+
+from __future__ import annotations
+
+import dataclasses
+from time import perf_counter_ns
+from typing import Any
+
+from pytest_lpb.environment.environment import ScenarioEnvironment
+from pytest_lpb.environment.monitor import Violation
+from pytest_lpb.errors import Infeasible
+from pytest_lpb.planner.base import Planner, PlannerProblem
+from pytest_lpb.problem.hashing import hash_of_arrays
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.columns import NS_PER_MS, columns_of
+from pytest_lpb.trial.criteria import failed_criteria
+from pytest_lpb.trial.loop import Log, ended, log_row, run_loop
+from pytest_lpb.trial.message import outcome_message
+from pytest_lpb.trial.outcome import INFEASIBLE, PLANNER_ERROR, SUCCESS
+from pytest_lpb.trial.specification import TrialSpecification, usable_cores
+
+SCHEMA_VERSION = 1
+NS_PER_S = 1e9
+
+
+def run_trial(
+    specification: TrialSpecification, planner: Planner | None = None, render_mode: str | None = None
+) -> Trajectory:
+    """Run one trial. Same specification, same raw data to the last bit (but for times measured).
+
+    Args:
+        specification: the concrete problem and the planner's configuration.
+        planner: an instance to use again; default a new one, closed at the end.
+        render_mode: `human` shows the trial in real time.
+    """
+    problem = Problem.from_dict(specification.problem, specification.scenario)
+    configuration = specification.planner
+    own = planner is None
+    planner = configuration.build() if planner is None else planner
+    environment = ScenarioEnvironment(
+        problem=problem, render_mode=render_mode, preview=planner.preview, reuse_observations=True
+    )
+    try:
+        planner.parameters = configuration.parameters_for(problem.robot.name, problem.control)
+        every = configuration.steps_per_call(problem.dt)
+        delay = configuration.steps_of_delay(problem.dt)
+        started = perf_counter_ns()
+        fault = _set_up(planner, PlannerProblem.of(problem, every * problem.dt))
+        setup_ms = (perf_counter_ns() - started) / NS_PER_MS
+        log = fault or run_loop(environment, planner, every, delay)
+        violation = environment.monitor.violation
+        if fault:
+            log_row(log, environment)
+    finally:
+        environment.close()
+        if own:
+            planner.close()
+    metadata = _metadata(specification, problem, planner, log)
+    metadata |= {"setup_ms": setup_ms, "period_s": every * problem.dt}
+    return _judged(Trajectory(columns_of(problem, log), metadata, problem), metadata, violation, log)
+
+
+def _set_up(planner: Planner, problem: PlannerProblem) -> Log | None:
+    """Set the planner up; the log of a trial that ends there when it raises."""
+    planner.diagnostics = {}
+    try:
+        planner.setup(problem)
+    except Infeasible as error:
+        return ended(Log(), INFEASIBLE, error)
+    except (Exception, SystemExit) as error:
+        # Whatever a planner raises is that trial's outcome, not the end of a study.
+        return ended(Log(), PLANNER_ERROR, error)
+    return None
+
+
+def _metadata(
+    specification: TrialSpecification, problem: Problem, planner: Planner, log: Log
+) -> dict[str, Any]:
+    configuration = specification.planner
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "node_id": specification.node_id,
+        "scenario": specification.scenario,
+        "planner": configuration.name,
+        "seed": specification.seed,
+        "attempt": specification.attempt,
+        "outcome": log.outcome,
+        "details": log.details,
+        "wall_s": log.loop_ns / NS_PER_S,
+        "workers": specification.workers,
+        "cores": usable_cores(),
+        "parameters": dataclasses.asdict(planner.parameters),
+        "parameters_hash": configuration.parameters_hash,
+        "problem_hash": problem.problem_hash,
+    }
+
+
+def _judged(
+    trajectory: Trajectory, metadata: dict[str, Any], violation: Violation | None, log: Log
+) -> Trajectory:
+    """Add what follows from the raw data: the hash, the message, the criteria of success."""
+    failed = failed_criteria(trajectory) if log.outcome == SUCCESS else []
+    message = outcome_message(trajectory, violation, log.fault)
+    metadata["message"] = f"{message}; but not {', '.join(failed)}" if failed else message
+    metadata["failed_criteria"] = failed
+    metadata["success"] = log.outcome == SUCCESS and not failed
+    arrays = (trajectory.t, trajectory.q, trajectory.qd, trajectory.action)
+    metadata["trajectory_hash"] = hash_of_arrays(arrays)
+    return trajectory
