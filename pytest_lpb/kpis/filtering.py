@@ -24,8 +24,8 @@ def filtered_positions(trajectory: Trajectory) -> FloatArray | None:
     """Positions p relative to p_0, resampled and filtered, (n, 3) [m]; None under 1 s.
 
     A cubic spline through the rows, sampled at 100 Hz, then a 4th-order Butterworth low-pass at 5 Hz run
-    forwards and backwards (Winter 2009, "Biomechanics and Motor Control of Human Movement", on what to do before
-    differentiating). None too where a position is missing.
+    forwards and backwards, as before any differentiation of measured motion (Winter 2009, "Biomechanics and
+    Motor Control of Human Movement"). None too where a position is missing.
     """
     path, dt = positions(trajectory), trajectory.problem.dt
     duration = (len(path) - 1) * dt

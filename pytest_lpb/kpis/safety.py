@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from pytest_lpb.kpis.derived import measured, of_joint_type, once, smallest, time_average
+from pytest_lpb.kpis.derived import measured, norms, of_joint_type, once, smallest, time_average
 from pytest_lpb.kpis.registry import kpi
 from pytest_lpb.trajectory import FloatArray, Trajectory
 
 ROUND_SHAPES = ("circle", "sphere")
+AT_REST = 1e-9  # [m/s] closing speeds up to this are rounding errors, not an approach
 
 
 @once
@@ -103,7 +104,7 @@ def time_to_contact(offset: FloatArray, velocity: FloatArray, radius: float) -> 
     closing = -np.einsum("ij,ij->i", offset, velocity)
     discriminant = closing * closing - np.einsum("ij,ij->i", velocity, velocity) * gap
     times = np.full(len(offset), np.nan)
-    meets = (gap > 0.0) & (closing > 0.0) & (discriminant >= 0.0)
+    meets = (gap > 0.0) & (closing > AT_REST * norms(offset)) & (discriminant >= 0.0)
     # The smaller root as gap / (closing + root): no cancellation when the discs are slow or far apart.
     times[meets] = gap[meets] / (closing[meets] + np.sqrt(discriminant[meets]))
     times[gap <= 0.0] = 0.0

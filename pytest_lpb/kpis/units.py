@@ -26,9 +26,7 @@ BASE_UNITS = frozenset(
 )
 
 _TOKEN = re.compile(r"([A-Za-z]+)([2-9]?)")
-_SUPERSCRIPTS = str.maketrans(
-    {"²": "2", "³": "3", "^": None, " ": None, "*": None, "·": None, "%": "percent"}
-)
+_SPELLINGS = str.maketrans({"²": "2", "³": "3", "^": None, " ": None, "*": None, "·": None, "%": "percent"})
 
 
 def unit_of_name(name: str) -> str | None:
@@ -58,4 +56,4 @@ def _unit(word: str) -> str | None:
 
 
 def _plain(unit: str) -> str:
-    return unit.translate(_SUPERSCRIPTS).lower()
+    return unit.translate(_SPELLINGS).replace("hz", "Hz")

@@ -23,6 +23,6 @@ MARKERS = (
 def planner_styles(names: Iterable[str]) -> dict[str, PlannerStyle]:
     """A style for each planner, in order of first mention; 40 planners differ in colour or dash."""
     return {
-        name: PlannerStyle(name, i % len(COLOURS), DASHES[i % len(DASHES)], MARKERS[i % len(MARKERS)])
+        name: PlannerStyle(name, i, i % len(COLOURS), DASHES[i % len(DASHES)], MARKERS[i % len(MARKERS)])
         for i, name in enumerate(dict.fromkeys(names))
     }

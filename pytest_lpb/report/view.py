@@ -59,6 +59,7 @@ class PlannerStyle:
     """How a planner looks in every figure."""
 
     name: str
+    number: int  # place among the planners
     colour: int  # number of a CSS colour variable
     dash: str  # SVG stroke-dasharray; empty: solid
     marker: str  # SVG path around (0, 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -150,8 +151,9 @@ def _checked(document: Document, name: str) -> ScenarioFile:
         file = ScenarioFile.model_construct(**valid_parts(ScenarioFile, document.data, set(wrong)))
     faults += check(file, wrong)
     if faults:
-        placed = sorted((document.line_of(fault.loc), fault) for fault in faults)
-        raise ScenarioError(*capped([_line(name, line, fault) for line, fault in placed]))
+        placed = sorted(((document.line_of(fault.loc), fault) for fault in faults), key=itemgetter(0))
+        lines = dict.fromkeys(_line(name, line, fault) for line, fault in placed)
+        raise ScenarioError(*capped(list(lines)))
     return file
 
 

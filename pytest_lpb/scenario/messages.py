@@ -27,14 +27,18 @@ def _present(loc: Loc, data: Any) -> Loc:
     """`loc` without steps that only a normalised form of the data has; a missing last key stays."""
     kept: list[str | int] = []
     for index, key in enumerate(loc):
-        if isinstance(data, dict) and key in data:
-            data = data[key]
-        elif isinstance(data, list) and isinstance(key, int) and key < len(data):
+        if _holds(data, key):
             data = data[key]
         elif index < len(loc) - 1 or isinstance(key, int) or key == "[key]":
             continue
         kept.append(key)
     return tuple(kept)
+
+
+def _holds(data: Any, key: str | int) -> bool:
+    if isinstance(data, dict):
+        return key in data
+    return isinstance(data, list) and isinstance(key, int) and key < len(data)
 
 
 def _message(details: ErrorDetails, model: type[BaseModel]) -> str:
@@ -50,10 +54,10 @@ def _message(details: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "missing":
         return "is missing"
     if kind == "literal_error":
-        allowed = str(context["expected"])
-        names = allowed.replace("'", "").replace(" or ", ", ").split(", ")
-        hint = suggestion(details["input"], names) if isinstance(details["input"], str) else ""
-        return f"found {found}{hint}; allowed: {', '.join(names)}"
+        return _unknown_word(details)
+    if kind == "string_type" and details["loc"][0] == "success":
+        hint = suggestion(str(details["loc"][-1]), ("hold_time", "rate"))
+        return f"found {found}; a criterion such as '>= 0.02' is required{hint}"
     if kind in _PHRASES:
         return f"found {found}; {_PHRASES[kind](context)}"
     return f"found {found}; {details['msg']}"
@@ -65,9 +69,13 @@ def unknown_key(key: str, allowed: Iterator[str] | list[str]) -> str:
     return f"unknown key{suggestion(key, allowed)}; allowed: {listed(allowed)}"
 
 
-def _items(context: Context, word: str, bound: str) -> str:
-    number = context[bound]
-    return f"{word} {number} {'entry is' if number == 1 else 'entries are'} allowed"
+def _bound(number: float) -> str:
+    return str(number) if isinstance(number, int) else f"{number:.15g}"
+
+
+def _fewest(context: Context) -> str:
+    number = context["min_length"]
+    return f"at least {number} {'entry is' if number == 1 else 'entries are'} required"
 
 
 def _fixed(phrase: str) -> Callable[[Context], str]:
@@ -93,13 +101,28 @@ _PHRASES: dict[str, Callable[[Context], str]] = {
     "dict_type": _fixed(_MAPPING),
     "model_type": _fixed(_MAPPING),
     "model_attributes_type": _fixed(_MAPPING),
-    "greater_than": lambda context: f"allowed: greater than {context['gt']:g}",
-    "greater_than_equal": lambda context: f"allowed: at least {context['ge']:.15g}",
-    "less_than_equal": lambda context: f"allowed: at most {context['le']:.15g}",
-    "too_short": lambda context: _items(context, "at least", "min_length"),
-    "too_long": lambda context: _items(context, "at most", "max_length"),
+    "greater_than": lambda context: f"allowed: greater than {_bound(context['gt'])}",
+    "greater_than_equal": lambda context: f"allowed: at least {_bound(context['ge'])}",
+    "less_than_equal": lambda context: f"allowed: at most {_bound(context['le'])}",
+    "too_short": _fewest,
+    "too_long": lambda context: f"allowed: at most {context['max_length']}",
     "string_too_long": lambda context: f"at most {context['max_length']} characters are allowed",
     "string_pattern_mismatch": _fixed("a name is made of letters, digits, '_', '.' and '-'"),
+}
+
+
+def _unknown_word(details: ErrorDetails) -> str:
+    names = str(details["ctx"]["expected"]).replace("'", "").replace(" or ", ", ").split(", ")
+    found = details["input"]
+    hint = suggestion(found, names) if isinstance(found, str) else ""
+    key = next((key for key in reversed(details["loc"]) if not str(key).startswith("(")), "")
+    return f"found {described(found)}{hint}; allowed: {', '.join(names)}{_ALSO.get(key, '')}"
+
+
+# Keys that take a word or something else.
+_ALSO: dict[str | int, str] = {
+    "hold_time": ", or a number [s]",
+    "collision": ", or a mapping with spheres or link_spheres",
 }
 
 
@@ -151,7 +174,7 @@ def _models_in(annotation: Any, tag: str) -> Iterator[tuple[str, type[BaseModel]
 
 
 def valid_parts(model: type[BaseModel], data: dict[str, Any], wrong: set[str]) -> dict[str, Any]:
-    """Top-level parts of `data` outside `wrong`, each validated by itself, so that checks can go on with them."""
+    """Top-level parts of `data` outside `wrong`, each validated by itself: checks can go on with them."""
     parts: dict[str, Any] = {}
     for name, field in model.model_fields.items():
         if name in data and name not in wrong:

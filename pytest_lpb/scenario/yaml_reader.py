@@ -1,7 +1,7 @@
 """Read a scenario file's YAML: bounded, without surprises, and with the line of every key.
 
-Built from the parser's events, not by PyYAML's constructor: sizes, depth and aliases are bounded while reading,
-so that a file made to exhaust memory is refused within milliseconds.
+Built from the parser's events, not by PyYAML's constructor: sizes, depth and aliases are bounded while
+reading, so that a file made to exhaust memory is refused within milliseconds.
 """
 
 from __future__ import annotations

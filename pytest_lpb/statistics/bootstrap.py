@@ -1,8 +1,9 @@
 """Bootstrap distributions of medians and means, clustered by scenario where there are several.
 
 Resampling clusters, then problems within each drawn cluster, is the two-stage bootstrap of Davison & Hinkley
-1997, section 3.8; with one cluster it is the plain bootstrap of Efron & Tibshirani 1993. Medians and means
-are drawn straight from their resampling distributions: the cost does not grow with the number of problems.
+1997, section 3.8; with one cluster it is the plain bootstrap of Efron & Tibshirani 1993. Half of the samples
+are drawn, the other half takes the same ranks from above instead of from below (antithetic resampling, Hall
+1989): so negated values give exactly the negated distribution, and swapped planners the mirrored interval.
 """
 
 import math
@@ -27,26 +28,27 @@ def bootstrap_medians(
     Args:
         clusters: values of each cluster, (n_s,), n_s >= 1, no NaN.
         rng: where all randomness comes from.
-        resamples: number of bootstrap samples R.
+        resamples: number of bootstrap samples R, even.
 
     Returns:
-        One statistic per bootstrap sample, (R,).
+        One statistic per bootstrap sample, (R,); the second half mirrors the ranks drawn in the first.
     """
     sorted_values = [np.sort(np.asarray(values, dtype=np.float64)) for values in clusters]
     lengths = np.array([len(values) for values in sorted_values])
     pool = np.concatenate(sorted_values)
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    picks = _picks(len(lengths), rng, resamples)
+    picks = _picks(len(lengths), rng, resamples // 2)
     n, start = lengths[picks], starts[picks]
     middle = (n + 1) // 2
     lower = rng.beta(middle, n - middle + 1)
     # The next order statistic is the least of the n - middle uniform numbers above `lower`; odd n have one.
     above = np.maximum(n - middle, 1)
     upper = np.where(n % 2 == 0, 1 - (1 - lower) * rng.random(n.shape) ** (1 / above), lower)
-    left = pool[start + np.minimum((lower * n).astype(np.int64), n - 1)]
-    right = pool[start + np.minimum((upper * n).astype(np.int64), n - 1)]
-    medians: FloatArray = np.mean(left + (right - left) / 2, axis=1)
-    return medians
+    ranks = [np.minimum((end * n).astype(np.int64), n - 1) for end in (lower, upper)]
+    halves = []
+    for low, high in (ranks, [n - 1 - rank for rank in ranks]):
+        halves.append(np.mean((pool[start + low] + pool[start + high]) / 2, axis=1))
+    return np.concatenate(halves)
 
 
 def bootstrap_means(
@@ -54,25 +56,24 @@ def bootstrap_means(
 ) -> FloatArray:
     """Bootstrap distribution of the mean over clusters of the mean within each.
 
-    How often each distinct value is drawn follows a multinomial distribution: cheap for successes.
-
     Args:
         clusters: values of each cluster, (n_s,), n_s >= 1, no NaN.
         rng: where all randomness comes from.
-        resamples: number of bootstrap samples R.
+        resamples: number of bootstrap samples R, even.
 
     Returns:
-        One statistic per bootstrap sample, (R,).
+        One statistic per bootstrap sample, (R,); the second half mirrors the ranks drawn in the first.
     """
-    picks = _picks(len(clusters), rng, resamples)
-    means = np.empty(picks.shape)
+    picks = _picks(len(clusters), rng, resamples // 2)
+    means = np.empty((2, *picks.shape))
     for index, values in enumerate(clusters):
-        distinct, counts = np.unique(np.asarray(values, dtype=np.float64), return_counts=True)
-        size = int(counts.sum())
+        ordered = np.sort(np.asarray(values, dtype=np.float64))
         chosen = picks == index
-        drawn = rng.multinomial(size, counts / size, size=int(chosen.sum()))
-        means[chosen] = drawn @ distinct / size
-    return np.asarray(means.mean(axis=1))
+        ranks = rng.integers(len(ordered), size=(int(chosen.sum()), len(ordered)))
+        means[0, chosen] = ordered[ranks].mean(axis=1)
+        means[1, chosen] = ordered[::-1][ranks].mean(axis=1)
+    drawn: FloatArray = np.mean(means, axis=2).ravel()
+    return drawn
 
 
 def percentile_interval(distribution: ArrayLike, confidence: float = 0.95) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pytest_lpb.planner.configuration import PlannerConfiguration
@@ -28,6 +28,7 @@ class TrialSpecification:
     planner: PlannerConfiguration
     scenario: str = "problem"
     node_id: str = ""
+    command: str = ""  # repeats the trial
     attempt: int = 1
     workers: int = 1  # processes that run trials at the same time
 
@@ -36,3 +37,7 @@ class TrialSpecification:
         """The problem's seed."""
         seed: int = self.problem["seed"]
         return seed
+
+    def with_problem(self, problem: Mapping[str, Any]) -> TrialSpecification:
+        """The same trial with another concrete problem."""
+        return replace(self, problem=problem)

@@ -15,6 +15,7 @@ from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
+from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.loop import Log, ended, log_row, run_loop
 from pytest_lpb.trial.message import outcome_message
 from pytest_lpb.trial.outcome import INFEASIBLE, PLANNER_ERROR, SUCCESS
@@ -25,57 +26,71 @@ NS_PER_S = 1e9
 
 
 def run_trial(
-    specification: TrialSpecification, planner: Planner | None = None, render_mode: str | None = None
+    specification: TrialSpecification, holder: PlannerHolder | None = None, render_mode: str | None = None
 ) -> Trajectory:
     """Run one trial. Same specification, same raw data to the last bit (but for times measured).
 
     Args:
         specification: the concrete problem and the planner's configuration.
-        planner: an instance to use again; default a new one, closed at the end.
+        holder: has the planner instance to use again; default a new one, closed at the end.
         render_mode: `human` shows the trial in real time.
     """
     problem = Problem.from_dict(specification.problem, specification.scenario)
     configuration = specification.planner
-    own = planner is None
-    planner = configuration.build() if planner is None else planner
+    own = PlannerHolder(configuration) if holder is None else None
+    every, delay = configuration.steps_per_call(problem.dt), configuration.steps_of_delay(problem.dt)
     environment = ScenarioEnvironment(
-        problem=problem, render_mode=render_mode, preview=planner.preview, reuse_observations=True
+        problem=problem,
+        render_mode=render_mode,
+        preview=configuration.planner_class.preview,
+        reuse_observations=True,
     )
     try:
-        planner.parameters = configuration.parameters_for(problem.robot.name, problem.control)
-        every = configuration.steps_per_call(problem.dt)
-        delay = configuration.steps_of_delay(problem.dt)
+        parameters = configuration.parameters_for(problem.robot.name, problem.control)
         started = perf_counter_ns()
-        fault = _set_up(planner, PlannerProblem.of(problem, every * problem.dt))
+        planner = _set_up(holder or own, parameters, PlannerProblem.of(problem, every * problem.dt))
         setup_ms = (perf_counter_ns() - started) / NS_PER_MS
-        log = fault or run_loop(environment, planner, every, delay)
-        violation = environment.monitor.violation
-        if fault:
+        log = planner if isinstance(planner, Log) else run_loop(environment, planner, every, delay)
+        if not log.q:
             log_row(log, environment)
+        violation = environment.monitor.violation
     finally:
         environment.close()
-        if own:
-            planner.close()
-    metadata = _metadata(specification, problem, planner, log)
-    metadata |= {"setup_ms": setup_ms, "period_s": every * problem.dt}
+        if own is not None:
+            own.close()
+    metadata = _metadata(specification, problem, log)
+    metadata |= {"setup_ms": setup_ms, "period_s": every * problem.dt, "parameters": dataclasses.asdict(parameters)}
     return _judged(Trajectory(columns_of(problem, log), metadata, problem), metadata, violation, log)
 
 
-def _set_up(planner: Planner, problem: PlannerProblem) -> Log | None:
-    """Set the planner up; the log of a trial that ends there when it raises."""
-    planner.diagnostics = {}
+def failed_trial(specification: TrialSpecification, outcome: str, message: str) -> Trajectory:
+    """A trial without rows: its problem could not be drawn, or its process died."""
+    problem = Problem.from_dict(specification.problem, specification.scenario)
+    log = Log(outcome=outcome)
+    metadata = _metadata(specification, problem, log)
+    metadata |= {"setup_ms": None, "period_s": None, "parameters": {}, "message": message}
+    metadata |= {"success": False, "failed_criteria": [], "trajectory_hash": ""}
+    return Trajectory(columns_of(problem, log), metadata, problem)
+
+
+def _set_up(holder: PlannerHolder | None, parameters: Any, problem: PlannerProblem) -> Planner | Log:
+    """The planner, set up; or the log of a trial that ends there, since building it or its setup raised."""
+    assert holder is not None
     try:
+        planner = holder.get()
+        planner.parameters = parameters
+        planner.diagnostics = {}
         planner.setup(problem)
     except Infeasible as error:
         return ended(Log(), INFEASIBLE, error)
     except (Exception, SystemExit) as error:
         # Whatever a planner raises is that trial's outcome, not the end of a study.
         return ended(Log(), PLANNER_ERROR, error)
-    return None
+    return planner
 
 
 def _metadata(
-    specification: TrialSpecification, problem: Problem, planner: Planner, log: Log
+    specification: TrialSpecification, problem: Problem, log: Log
 ) -> dict[str, Any]:
     configuration = specification.planner
     return {
@@ -85,12 +100,12 @@ def _metadata(
         "planner": configuration.name,
         "seed": specification.seed,
         "attempt": specification.attempt,
+        "command": specification.command,
         "outcome": log.outcome,
         "details": log.details,
         "wall_s": log.loop_ns / NS_PER_S,
         "workers": specification.workers,
         "cores": usable_cores(),
-        "parameters": dataclasses.asdict(planner.parameters),
         "parameters_hash": configuration.parameters_hash,
         "problem_hash": problem.problem_hash,
     }

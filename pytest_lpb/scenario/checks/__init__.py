@@ -22,6 +22,7 @@ CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (time.check_steps, ("environment",)),
     (time.check_rows, ("environment", "obstacles", "randomize")),
     (time.check_hold_time, ("success", "environment")),
+    (time.check_criteria, ("success",)),
     (time.check_seeds, ("seed", "trials")),
     (goal.check_names, ("goal",)),
     (goal.check_primary, ("goal",)),

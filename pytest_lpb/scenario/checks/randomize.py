@@ -39,7 +39,7 @@ def check_configurations(randomize: Randomize | None, robot: Robot, structure: S
             if limit is not None and not limit[0] <= lower <= upper <= limit[1]:
                 yield Fault(
                     (*place, index),
-                    f"joint {index}: [{lower:g}, {upper:g}] reaches outside [{limit[0]:g}, {limit[1]:g}]",
+                    f"joint {index + 1}: [{lower:g}, {upper:g}] reaches outside [{limit[0]:g}, {limit[1]:g}]",
                 )
 
 

@@ -7,7 +7,7 @@ from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, AVAILABLE_MODELS, AVAILABLE_URDF
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
-from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Structure
+from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Model, Structure
 
 
 def check_model(robot: Robot) -> Iterator[Fault]:
@@ -27,7 +27,10 @@ def check_model(robot: Robot) -> Iterator[Fault]:
             ("robot", "model"), f"{robot.model} is not available in this version{hint}; allowed: {_models()}"
         )
         return
-    model = MODELS[robot.model]
+    yield from _check_keys(robot, MODELS[robot.model])
+
+
+def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
     allowed = COMMON_KEYS | model.keys
     given = {key for key in robot.model_fields_set if getattr(robot, key) is not None}
     for key in sorted(given - allowed):
@@ -37,11 +40,10 @@ def check_model(robot: Robot) -> Iterator[Fault]:
             ("robot", "base"),
             f"{robot.base} is not available for the model {robot.model}; allowed: {model.base}",
         )
-    for key in sorted(model.keys & {"links"}):
-        if getattr(robot, key) is None:
-            yield Fault(
-                ("robot", key), f"is missing; {robot.model} needs a count of links, or their lengths [m]"
-            )
+    if "links" in model.keys and robot.links is None:
+        yield Fault(
+            ("robot", "links"), f"is missing; {robot.model} needs a count of links, or their lengths [m]"
+        )
 
 
 def _models() -> str:
@@ -54,7 +56,8 @@ def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
     if allowed and robot.control not in allowed:
         yield Fault(
             ("robot", "control"),
-            f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",
+            f"{robot.control} is not available with the engine {environment.engine}; "
+            f"allowed: {listed(allowed)}",
         )
 
 
@@ -134,5 +137,5 @@ def _outside_limits(q: Sequence[float], robot: Robot) -> Iterator[Fault]:
     for index, (value, limit) in enumerate(zip(q, limits, strict=False)):
         if limit is not None and not limit[0] <= value <= limit[1]:
             yield Fault(
-                ("start", "q", index), f"joint {index}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]"
+                ("start", "q", index), f"joint {index + 1}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]"
             )

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from pytest_lpb.names import listed
+from pytest_lpb.names import is_name, listed
 from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema.available import AVAILABLE_ENGINES
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
@@ -42,7 +42,8 @@ def check_steps(environment: Environment) -> Iterator[Fault]:
         nearest = max(round(steps), 1) * environment.dt
         yield Fault(
             place,
-            f"{environment.duration:g} s is not a multiple of dt = {environment.dt:g} s; the nearest is {nearest:g}",
+            f"{environment.duration:g} s is not a multiple of dt = {environment.dt:g} s; "
+            f"the nearest is {nearest:g}",
         )
 
 
@@ -56,7 +57,8 @@ def check_rows(
     if total > MAX_OBSTACLES:
         yield Fault(
             place,
-            f"{len(obstacles)} listed and up to {drawn} drawn obstacles; allowed are {MAX_OBSTACLES} in total",
+            f"{len(obstacles)} listed and up to {drawn} drawn obstacles; "
+            f"allowed are {MAX_OBSTACLES} in total",
         )
     rows = environment.duration / environment.dt + 1
     if rows * total > MAX_ROWS_OF_OBSTACLES:
@@ -74,6 +76,13 @@ def check_hold_time(success: Success, environment: Environment) -> Iterator[Faul
             ("success", "hold_time"),
             f"found {success.hold_time:g} s; allowed: at most the duration, {environment.duration:g} s",
         )
+
+
+def check_criteria(success: Success) -> Iterator[Fault]:
+    """Further keys of `success` may name KPIs; which KPIs there are is known later."""
+    for key in success.model_extra or {}:
+        if not is_name(key):
+            yield Fault(("success", key), "is no name of a KPI; allowed: hold_time, rate, and names of KPIs")
 
 
 def check_seeds(seed: int, trials: int) -> Iterator[Fault]:

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
+from pytest_lpb.scenario.faults import described
 from pytest_lpb.scenario.schema.values import (
     Coordinate,
     Distinct,
@@ -20,11 +21,12 @@ UNIT_LINK = 1.0  # [m]
 
 
 def _unit_links(value: Any) -> Any:
-    # A count of links; one that is out of range stays a number and is refused as a list of lengths.
     if isinstance(value, int) and not isinstance(value, bool):
         if not 1 <= value <= MAX_LINKS:
             raise ValueError(f"found {value} links; allowed are 1 to {MAX_LINKS}")
         return [UNIT_LINK] * value
+    if not isinstance(value, list):
+        raise ValueError(f"found {described(value)}; a count of links, or a list of lengths [m], is required")
     return value
 
 

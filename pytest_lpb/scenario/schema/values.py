@@ -83,12 +83,11 @@ LengthRange = Annotated[
     BeforeValidator(_number_as_pair, json_schema_input_type=float | list[Length]),
 ]
 Box = Annotated[list[Range], Field(min_length=1, max_length=300)]
-Expression = Annotated[
-    str,
-    AfterValidator(refused(parse_expression)),
-    BeforeValidator(_number_as_text, json_schema_input_type=str | float),
+Expression = Annotated[str, AfterValidator(refused(parse_expression))]
+Coordinates = Annotated[
+    Expression, BeforeValidator(_number_as_text, json_schema_input_type=Expression | float)
 ]
-Trajectory = Annotated[list[Expression], Field(min_length=1, max_length=300)]
+Trajectory = Annotated[list[Coordinates], Field(min_length=1, max_length=300)]
 SplineRow = Annotated[list[Coordinate], Field(min_length=2, max_length=301)]
 Spline = Annotated[list[SplineRow], Field(min_length=2, max_length=10_000)]
 
@@ -119,4 +118,9 @@ def parse_criterion(text: str) -> Criterion:
     return Criterion(match[1], number)
 
 
-CriterionText = Annotated[str, StringConstraints(max_length=100), AfterValidator(refused(parse_criterion))]
+CriterionText = Annotated[
+    str,
+    StringConstraints(max_length=100),
+    AfterValidator(refused(parse_criterion)),
+    Field(json_schema_extra={"pattern": f"^\\s*{CRITERION.pattern}\\s*$"}),
+]

@@ -1,0 +1,34 @@
+"""The pytest plugin. This module is imported in every pytest run on the machine: it stays small and inert.
+
+Everything else is imported once planners are chosen, by `--lpb-planners` or ini `lpb_planners`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from pytest_lpb.plugin.options import add_options, chosen_planners
+
+if TYPE_CHECKING:
+    from pytest import Config, Parser
+
+
+def pytest_addoption(parser: Parser) -> None:
+    """Add the `--lpb-*` options and their ini twins."""
+    add_options(parser)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_configure(config: Config) -> None:
+    """Wake up when planners are chosen."""
+    references = chosen_planners(config)
+    if references:
+        from pytest_lpb.plugin.activation import activate
+
+        activate(config, references)
+    elif any(argument.partition("::")[0].endswith((".yaml", ".yml")) for argument in config.args):
+        from pytest_lpb.plugin.unchosen import explain_unchosen_planners
+
+        explain_unchosen_planners(config)

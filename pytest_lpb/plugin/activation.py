@@ -1,0 +1,156 @@
+"""Turns the options into a session, or into a usage error."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from pytest_lpb.errors import LpbError
+from pytest_lpb.kpis.registry import default_registry, load_builtin
+from pytest_lpb.planner.files import find_planners
+from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
+from pytest_lpb.plugin.controller import ControllerPlugin
+from pytest_lpb.plugin.crashes import CrashPlugin
+from pytest_lpb.plugin.options import PARTS, split_names
+from pytest_lpb.plugin.session import SESSION, LpbSession
+from pytest_lpb.plugin.worker import WorkerPlugin
+from pytest_lpb.run.folder import check_writable, new_run_folder
+from pytest_lpb.run.plugins import load_kpi_entry_points
+
+WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
+
+
+def activate(config: pytest.Config, references: list[str]) -> None:
+    """Set the session up and register the hooks. Raises UsageError for options that are wrong."""
+    try:
+        session = _session(config, references)
+    except LpbError as error:
+        raise pytest.UsageError(str(error)) from error
+    config.stash[SESSION] = session
+    register_tags(config)
+    manager = config.pluginmanager
+    manager.register(CollectionPlugin(session), "lpb-collection")
+    manager.register(WorkerPlugin(), "lpb-worker")
+    if not is_worker(config):
+        manager.register(ControllerPlugin(session, config), "lpb-controller")
+        if manager.hasplugin("xdist"):
+            manager.register(CrashPlugin(session), "lpb-crashes")
+
+
+def is_worker(config: pytest.Config) -> bool:
+    """Whether this process is one of xdist's workers."""
+    return hasattr(config, "workerinput")
+
+
+def _session(config: pytest.Config, references: list[str]) -> LpbSession:
+    for name in ("trials", "seed"):
+        value = config.getoption(f"lpb_{name}")
+        if value is not None and value < (1 if name == "trials" else 0):
+            raise LpbError(f"--lpb-{name}: found {value}; allowed: {'1 or more' if name == 'trials' else '0 or more'}")
+    if str(config.rootpath) not in sys.path:
+        sys.path.insert(0, str(config.rootpath))
+    modules = _load_plugins(config)
+    reports = _reports_folder(config)
+    if is_worker(config):
+        run = Path(config.workerinput[WORKER_RUN])  # type: ignore[attr-defined] # xdist adds it
+    else:
+        if not config.option.collectonly:
+            check_writable(reports)
+        run = new_run_folder(reports)
+    return LpbSession(
+        planners=find_planners(_from_folder(references, config), _planner_folders(config)),
+        references=dict(zip_names(references)),
+        flags=tuple(part for part in PARTS if config.getoption(f"lpb_random_{part}")),
+        first_seed=config.getoption("lpb_seed"),
+        trials=config.getoption("lpb_trials"),
+        assertion=config.getoption("lpb_assert"),
+        render=config.getoption("lpb_render"),
+        kpis=_kpis(config),
+        modules=modules,
+        reports=reports,
+        run=run,
+        rootdir=config.rootpath,
+        invocation=config.invocation_params.dir,
+        workers=_workers(config),
+    )
+
+
+def zip_names(references: list[str]) -> list[tuple[str, str]]:
+    """(name, reference) of each planner, as the name is derived from the reference."""
+    return [(_name(reference), reference) for reference in references]
+
+
+def _name(reference: str) -> str:
+    name, equals, _ = reference.partition("=")
+    return name if equals else Path(reference).stem if reference.endswith((".yaml", ".yml")) else reference
+
+
+def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
+    """References whose paths are absolute: options speak of the invocation directory, ini values of the ini file's."""
+    from_option = config.getoption("--lpb-planners") is not None
+    folder = config.invocation_params.dir if from_option else _ini_folder(config)
+    resolved = []
+    for reference in references:
+        name, equals, path = reference.partition("=")
+        if equals:
+            resolved.append(f"{name}={folder / path}")
+        elif reference.endswith((".yaml", ".yml")):
+            resolved.append(str(folder / reference))
+        else:
+            resolved.append(reference)
+    return resolved
+
+
+def _ini_folder(config: pytest.Config) -> Path:
+    return config.inipath.parent if config.inipath else config.rootpath
+
+
+def _planner_folders(config: pytest.Config) -> list[Path]:
+    given = config.getini("lpb_planners_dir")
+    if given:
+        return [_ini_folder(config) / given]
+    return list(dict.fromkeys([config.invocation_params.dir / "planners", config.rootpath / "planners"]))
+
+
+def _reports_folder(config: pytest.Config) -> Path:
+    option, ini = config.getoption("lpb_reports"), config.getini("lpb_reports")
+    if option:
+        return Path(config.invocation_params.dir, option)
+    if ini:
+        return _ini_folder(config) / ini
+    return Path(config.invocation_params.dir, "reports")
+
+
+def _load_plugins(config: pytest.Config) -> list[str]:
+    """Import what registers KPIs and plots; the names of `lpb_plugins`, which the run records."""
+    load_builtin()
+    load_kpi_entry_points()
+    modules = split_names(config.getini("lpb_plugins"))
+    for module in modules:
+        try:
+            import_module(module)
+        except ImportError as error:
+            raise LpbError(f"lpb_plugins: cannot import {module!r}: {error}") from error
+    return modules
+
+
+def _kpis(config: pytest.Config) -> list[str] | None:
+    """Names of the KPIs asked for, checked; None: all."""
+    given = config.getoption("lpb_kpis")
+    if given is None:
+        return None
+    names = split_names(given)
+    if not names:
+        raise LpbError("--lpb-kpis: found no name; leave the option out for all KPIs")
+    default_registry.select(names)
+    return names
+
+
+def _workers(config: pytest.Config) -> int:
+    """Processes that run trials at the same time."""
+    if is_worker(config):
+        return int(config.workerinput["workercount"])  # type: ignore[attr-defined] # xdist adds it
+    return max(1, len(getattr(config.option, "tx", None) or []))

@@ -1,0 +1,165 @@
+"""Which files are scenarios, and the tree of items: scenario file > planner > seed."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_lpb.errors import LpbError, ScenarioError
+from pytest_lpb.kpis.registry import default_registry
+from pytest_lpb.names import is_name
+from pytest_lpb.plugin.items import PlannerCollector
+from pytest_lpb.plugin.session import LpbSession, session_of
+from pytest_lpb.run.folder import RUN_FILE
+from pytest_lpb.scenario.draw import check_feasible, parts_drawn
+from pytest_lpb.scenario.load import Scenario, load_scenario
+
+SUFFIXES = (".yaml", ".yml")
+
+# Tags that shipped scenarios use, registered as markers; users register their own in ini `markers`.
+STANDARD_TAGS = {
+    "planar": "in the plane",
+    "point": "a point robot",
+    "arm": "a planar arm or a manipulator",
+    "differential_drive": "a cart with two driven wheels",
+    "static": "nothing moves but the robot",
+    "moving": "obstacles or goals move",
+    "random": "problems are drawn",
+    "narrow": "passages hardly wider than the robot",
+    "trap": "a local minimum between start and goal",
+    "velocity": "velocity control",
+    "paper": "problems of Local Planner Bench (Spahn et al., 2022)",
+}
+
+
+def register_tags(config: pytest.Config) -> None:
+    """Register the tags of shipped scenarios as markers."""
+    for tag, meaning in STANDARD_TAGS.items():
+        config.addinivalue_line("markers", f"{tag}: scenario tag: {meaning}")
+
+
+class CollectionPlugin:
+    """Collects scenario files while planners are chosen."""
+
+    def __init__(self, session: LpbSession) -> None:
+        self._session = session
+        self._named: set[Path] | None = None
+        self._patterns: list[re.Pattern[str]] | None = None
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_ignore_collect(self, collection_path: Path, config: pytest.Config) -> bool | None:
+        """Never walk run folders, the reports folder and hidden folders, but on the way to a file that is named."""
+        if not self._is_shut(collection_path, config):
+            return None
+        return not any(named.is_relative_to(collection_path) for named in self._named_files(config)) or None
+
+    def _is_shut(self, path: Path, config: pytest.Config) -> bool:
+        if path == config.rootpath or path.suffix in SUFFIXES or not path.is_dir():
+            return False
+        return path.name.startswith(".") or path == self._session.reports or (path / RUN_FILE).is_file()
+
+    def pytest_collect_file(self, file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
+        """A scenario file for a YAML file that is named, or that matches `lpb_scenarios`."""
+        if file_path.suffix not in SUFFIXES:
+            return None
+        if file_path in self._named_files(parent.config) or self._matches(file_path, parent.config):
+            node: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
+            return node
+        return None
+
+    def _named_files(self, config: pytest.Config) -> set[Path]:
+        if self._named is None:
+            folder = config.invocation_params.dir
+            paths = (Path(folder, argument.partition("::")[0]) for argument in config.args)
+            self._named = {path.absolute() for path in _normalised(paths) if path.suffix in SUFFIXES}
+        return self._named
+
+    def _matches(self, path: Path, config: pytest.Config) -> bool:
+        if self._patterns is None:
+            self._patterns = [glob_pattern(glob) for glob in config.getini("lpb_scenarios")]
+        candidates = []
+        if path.is_relative_to(config.rootpath):
+            candidates.append(path.relative_to(config.rootpath).as_posix())
+        if config.inipath is None:
+            # Without an ini file the rootdir is what the arguments share, perhaps a scenarios folder itself.
+            candidates.append(path.as_posix())
+        return any(pattern.fullmatch(text) for pattern in self._patterns for text in candidates)
+
+
+def _normalised(paths: Iterator[Path]) -> Iterator[Path]:
+    for path in paths:
+        yield Path(*path.absolute().parts) if ".." not in path.parts else path.resolve()
+
+
+def glob_pattern(glob: str) -> re.Pattern[str]:
+    """A glob as a regular expression on posix paths; `**/` is any number of folders, `*` never crosses one."""
+    pieces = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
+    tokens = re.split(r"(\*\*/|\*\*|\*|\?)", glob)
+    return re.compile("".join(pieces.get(token, re.escape(token)) for token in tokens))
+
+
+class ScenarioFile(pytest.File):
+    """A scenario file; its tags are markers of all its trials."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.scenario: Scenario | None = None
+
+    @property
+    def session_options(self) -> LpbSession:
+        """The run's options."""
+        return session_of(self.config)
+
+    def collect(self) -> Iterator[PlannerCollector]:
+        """One collector per planner. Raises CollectError with file and line for a scenario that is wrong."""
+        options = self.session_options
+        try:
+            self.scenario = self._checked(options)
+        except LpbError as error:
+            raise self.CollectError(str(error)) from error
+        self._add_tags(self.scenario)
+        for configuration in options.planners:
+            yield PlannerCollector.from_parent(self, name=configuration.name, configuration=configuration)
+
+    def _checked(self, options: LpbSession) -> Scenario:
+        if not is_name(self.path.stem):
+            raise ScenarioError(f"{self.path}: the file's name may have letters, digits, _ . - only; rename it")
+        scenario = load_scenario(self.path)
+        for name in scenario.success.criteria:
+            try:
+                default_registry.select([name])
+            except LpbError as error:
+                raise ScenarioError(f"{scenario.place(('success', name))}: success: {error}") from error
+        check_feasible(scenario, options.flags)
+        dt = scenario.concrete["environment"]["dt"]
+        for configuration in options.planners:
+            configuration.steps_per_call(dt)
+            configuration.steps_of_delay(dt)
+            configuration.parameters_for(scenario.concrete["robot"]["name"], scenario.concrete["robot"]["control"])
+        self._warn_of_fixed_parts(scenario, options)
+        return scenario
+
+    def _warn_of_fixed_parts(self, scenario: Scenario, options: LpbSession) -> None:
+        fixed = set(options.flags) - set(parts_drawn(scenario, options.flags))
+        for part in sorted(fixed):
+            self.warn(
+                pytest.PytestWarning(
+                    f"--lpb-random-{part}: {self.path.name} has no ranges in `randomize: {part}`; it stays fixed"
+                )
+            )
+
+    def _add_tags(self, scenario: Scenario) -> None:
+        for tag in scenario.tags:
+            try:
+                with warnings.catch_warnings():
+                    # An unregistered tag is no typo to warn of, unless the project asks for strict markers.
+                    warnings.simplefilter("ignore", pytest.PytestUnknownMarkWarning)
+                    self.add_marker(tag)
+            except pytest.fail.Exception as error:
+                place = scenario.place(("tags",))
+                raise self.CollectError(f"{place}: tags: {error}; register {tag!r} in ini `markers`") from None

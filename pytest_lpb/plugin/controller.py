@@ -1,0 +1,126 @@
+"""Hooks of the controlling process: run folder, progress, tables, report, summary, exit code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_lpb.errors import LpbError
+from pytest_lpb.plugin.items import TrialItem
+from pytest_lpb.plugin.progress import Progress
+from pytest_lpb.plugin.rates import RateVerdict, judge_rates
+from pytest_lpb.plugin.session import LpbSession
+from pytest_lpb.plugin.summary import write_summary
+from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
+from pytest_lpb.report.build import write_results
+from pytest_lpb.report.view import ReportData
+from pytest_lpb.run.evaluation import evaluate
+from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.plugins import user_modules
+from pytest_lpb.run.provenance import run_information
+
+
+class ControllerPlugin:
+    """One per run, in the process that the user started."""
+
+    def __init__(self, session: LpbSession, config: pytest.Config) -> None:
+        self._session = session
+        self._config = config
+        self._folder: RunFolder | None = None
+        self._data: ReportData | None = None
+        self._rates: list[RateVerdict] = []
+        self._faults: list[str] = []
+        self._progress: Progress | None = None
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> None:
+        """Without xdist: make the run folder once all scenarios are collected."""
+        if session.items and not self._config.option.collectonly and not session.testsfailed:
+            self._begin([item.nodeid for item in session.items if isinstance(item, TrialItem)])
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_node_collection_finished(self, node: Any, ids: list[str]) -> None:  # noqa: ARG002
+        """With xdist: make the run folder when the first worker has collected, before any trial is given out."""
+        names = {planner.name for planner in self._session.planners}
+        self._begin([i for i in ids if len(i.split("::")) == 3 and i.split("::")[1] in names])
+
+    def _begin(self, node_ids: list[str]) -> None:
+        if self._folder is not None or not node_ids:
+            return
+        session = self._session
+        files = {Path(session.rootdir, node_id.partition("::")[0]) for node_id in node_ids}
+        options = {
+            "seeds": {"first": session.first_seed, "trials": session.trials},
+            "random": list(session.flags),
+            "assert": session.assertion,
+            "kpis": session.kpis,
+            "plugins": user_modules(session.modules),
+            "workers": session.workers,
+            "rootdir": str(session.rootdir),
+        }
+        command = ["pytest", *map(str, self._config.invocation_params.args)]
+        scenarios = {session.scenario_key(file): file for file in files}
+        information = run_information(command, session.planners, scenarios, options, session.invocation)
+        try:
+            self._folder = RunFolder.create(session.run, information)
+        except LpbError as error:
+            raise pytest.UsageError(str(error)) from error
+        reporter = self._config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is not None:
+            self._progress = Progress(reporter)
+            self._progress.start(len(node_ids))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Count trials as they finish."""
+        result = trial_result(report)
+        if result is not None and self._progress is not None:
+            self._progress.count(success=result["success"])
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
+        """An unsolved trial that does not fail has a status letter of its own: u."""
+        if report.outcome != "passed" or report.when != "call":
+            return None
+        result = trial_result(report)
+        if result is None or result["success"] or hasattr(report, "wasxfail"):
+            return None
+        return "unsolved", "u", f"UNSOLVED ({result['outcome']})"
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
+        if self._folder is None:
+            return
+        try:
+            evaluation = evaluate(self._folder, self._session.kpis)
+            self._data = write_results(evaluation, self._folder.path)
+        except LpbError as error:
+            self._faults.append(str(error))
+        else:
+            self._faults += evaluation.warnings
+            if self._session.assertion == "rate":
+                self._rates = judge_rates(evaluation.trials, self._folder)
+        bad = self._faults or any(not verdict.met for verdict in self._rates)
+        if bad and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Print the table of planners, what failed, and where the report is."""
+        if self._folder is None:
+            return
+        write_summary(terminalreporter, self._data, self._rates, self._faults, self._shown_folder())
+
+    def _shown_folder(self) -> Path:
+        path, here = self._session.run, self._session.invocation
+        return path.relative_to(here) if path.is_relative_to(here) else path
+
+
+def trial_result(report: pytest.TestReport) -> dict[str, Any] | None:
+    """What a trial's report carries, or None for other reports."""
+    text = getattr(report, REPORT_ATTRIBUTE, None)
+    return json.loads(text) if text and report.when == "call" else None
+
+

@@ -1,0 +1,63 @@
+"""A worker that dies takes its report along; the controller writes the trial's row. Registered with xdist only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_lpb.errors import LpbError
+from pytest_lpb.plugin.session import LpbSession
+from pytest_lpb.scenario.draw import draw_problem
+from pytest_lpb.scenario.load import load_scenario
+from pytest_lpb.trial.files import write_trial
+from pytest_lpb.trial.outcome import WORKER_CRASH
+from pytest_lpb.trial.specification import TrialSpecification
+from pytest_lpb.trial.trial import failed_trial
+
+WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
+
+
+class CrashPlugin:
+    """Hooks that only xdist calls."""
+
+    def __init__(self, session: LpbSession) -> None:
+        self._session = session
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_configure_node(self, node: Any) -> None:
+        """Tell a worker which run it belongs to."""
+        node.workerinput[WORKER_RUN] = str(self._session.run)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_handlecrashitem(self, crashitem: str) -> None:
+        """Write a row for the trial that its worker did not survive."""
+        write_crash(self._session, crashitem)
+
+
+def write_crash(session: LpbSession, node_id: str) -> None:
+    """Write the zero-row file of a trial whose process died; items that are no trials are left alone."""
+    parts = node_id.split("::")
+    planner = next((p for p in session.planners if len(parts) == 3 and p.name == parts[1]), None)
+    if planner is None or not parts[2].removeprefix("seed").isdigit():
+        return
+    path = Path(session.rootdir, parts[0])
+    key = session.scenario_key(path)
+    seed = int(parts[2].removeprefix("seed"))
+    scenario = load_scenario(path)
+    try:
+        problem = draw_problem(scenario, seed, session.flags, key).to_dict()
+    except LpbError:
+        # It could not be drawn in the worker either; the row still says which trial was lost.
+        problem = scenario.concrete | {"seed": seed, "trials": 1}
+    specification = TrialSpecification(
+        problem=problem,
+        planner=planner,
+        scenario=key,
+        node_id=node_id,
+        command=session.repeat_command(path, planner.name, seed),
+        workers=session.workers,
+    )
+    message = "the process that ran the trial died; run it alone to see why"
+    write_trial(session.run, failed_trial(specification, WORKER_CRASH, message))

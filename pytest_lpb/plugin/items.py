@@ -1,0 +1,144 @@
+"""The collector of a planner, which owns its instance, and the item of a seed, which runs one trial."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, cast
+
+import pytest
+from threadpoolctl import threadpool_limits
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.plugin.expectation import Expectation, expectation_of
+from pytest_lpb.plugin.session import session_of
+from pytest_lpb.scenario.draw import draw_problem
+from pytest_lpb.scenario.load import Scenario
+from pytest_lpb.scenario.yaml_writer import dump_yaml
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.files import trial_path, write_once, write_trial
+from pytest_lpb.trial.holder import PlannerHolder
+from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, SOFTWARE_FAULTS
+from pytest_lpb.trial.specification import TrialSpecification
+from pytest_lpb.trial.trial import failed_trial, run_trial
+
+if TYPE_CHECKING:
+    from pytest_lpb.plugin.collection import ScenarioFile
+
+
+class TrialFailure(Exception):
+    """A trial that did not meet its scenario's success criteria; its text is the whole report."""
+
+
+class ExpectedTrialFailure(TrialFailure):
+    """A failure that the scenario's or the planner's xfail data names."""
+
+
+class PlannerCollector(pytest.Collector):
+    """One scenario with one planner: builds the planner once for all its seeds."""
+
+    def __init__(self, *, configuration: PlannerConfiguration, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.configuration = configuration
+        self.holder = PlannerHolder(configuration)
+        self._stack = ExitStack()
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario above."""
+        scenario = cast("ScenarioFile", self.parent).scenario
+        assert scenario is not None, "children are collected after their scenario is loaded"
+        return scenario
+
+    def collect(self) -> Iterator[TrialItem]:
+        """One item per seed."""
+        for seed in session_of(self.config).seeds(self.scenario):
+            yield TrialItem.from_parent(self, name=f"seed{seed}", seed=seed)
+
+    def setup(self) -> None:
+        """One thread for linear algebra: what a planner gains by more depends on who else runs."""
+        self._stack.enter_context(threadpool_limits(limits=1))
+        self._stack.callback(self.holder.close)
+
+    def teardown(self) -> None:
+        """Close the planner."""
+        self._stack.close()
+
+
+class TrialItem(pytest.Item):
+    """One trial: (scenario, planner, seed)."""
+
+    def __init__(self, *, seed: int, **keywords: Any) -> None:
+        super().__init__(**keywords)
+        self.seed = seed
+        self.trajectory: Trajectory | None = None
+        self.expectation: Expectation | None = expectation_of(self.collector, seed, self._key())
+        if self.expectation is not None:
+            self.add_marker(
+                pytest.mark.xfail(reason=self.expectation.reason, raises=ExpectedTrialFailure, strict=False)
+            )
+
+    @property
+    def collector(self) -> PlannerCollector:
+        """The planner's collector."""
+        return cast(PlannerCollector, self.parent)
+
+    def _key(self) -> str:
+        return session_of(self.config).scenario_key(self.path)
+
+    def runtest(self) -> None:
+        """Run the trial, write its files, then judge it."""
+        options = session_of(self.config)
+        self.trajectory = trajectory = self._run()
+        write_trial(options.run, trajectory)
+        if trajectory.metadata["success"] or not self._fails(trajectory.outcome):
+            return
+        text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
+        if trajectory.metadata["details"]:
+            text = f"{trajectory.metadata['details'].rstrip()}\n{text}"
+        expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
+        raise (ExpectedTrialFailure if expected else TrialFailure)(f"{trajectory.outcome}: {text}")
+
+    def _fails(self, outcome: str) -> bool:
+        return session_of(self.config).assertion == "trial" or outcome in SOFTWARE_FAULTS
+
+    def _run(self) -> Trajectory:
+        options, scenario = session_of(self.config), self.collector.scenario
+        key = self._key()
+        specification = TrialSpecification(
+            problem=scenario.concrete | {"seed": self.seed, "trials": 1},
+            planner=self.collector.configuration,
+            scenario=key,
+            node_id=self.nodeid,
+            command=self._repeat(),
+            attempt=getattr(self, "execution_count", 1),
+            workers=options.workers,
+        )
+        try:
+            problem = draw_problem(scenario, self.seed, options.flags, key)
+        except ScenarioError as error:
+            return failed_trial(specification, ENVIRONMENT_ERROR, str(error))
+        specification = specification.with_problem(problem.to_dict())
+        self._write_problem(specification)
+        return run_trial(specification, self.collector.holder, "human" if options.render else None)
+
+    def _write_problem(self, specification: TrialSpecification) -> None:
+        """Write the concrete problem first: it is there even when the trial takes its process down."""
+        path = trial_path(session_of(self.config).run, specification.scenario, specification.planner.name, self.seed)
+        source = f"{self.parent.parent.nodeid}, seed {self.seed}"  # type: ignore[union-attr] # a scenario file
+        content = {**specification.problem, "source": source}
+        write_once(path.with_suffix(".yaml"), dump_yaml(content).encode())
+
+    def _repeat(self) -> str:
+        return session_of(self.config).repeat_command(self.path, self.collector.name, self.seed)
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """A failed trial in words; anything else as pytest shows it."""
+        if isinstance(excinfo.value, TrialFailure):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Any, int, str]:
+        """Place and title of the trial in reports."""
+        return self.path, 0, f"{self.collector.name}::{self.name}"

@@ -1,0 +1,54 @@
+"""Command-line options and their ini twins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pytest import Config, Parser
+
+DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
+ASSERTIONS = ("trial", "rate", "none")
+PARTS = ("start", "goal", "obstacles")
+
+
+def add_options(parser: Parser) -> None:
+    """Add the plugin's options to pytest's parser."""
+    group = parser.getgroup("lpb", "pytest-lpb: benchmark local motion planners")
+    group.addoption(
+        "--lpb-planners", metavar="A,B", help="planners to run: NAME, PATH.yaml or NAME=PATH, comma-separated"
+    )
+    group.addoption("--lpb-trials", type=int, metavar="N", help="trials per scenario and planner")
+    group.addoption("--lpb-seed", type=int, metavar="S", help="first seed: seeds S..S+N-1")
+    for part in PARTS:
+        group.addoption(
+            f"--lpb-random-{part}",
+            action="store_true",
+            help=f"draw the {part} from the scenario's ranges",
+        )
+    group.addoption(
+        "--lpb-assert",
+        choices=ASSERTIONS,
+        default="trial",
+        help="what fails: every failed trial (default), a planner's success rate, or software faults only",
+    )
+    group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
+    group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
+    group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
+    parser.addini("lpb_planners", "planners to run (as --lpb-planners)", type="args", default=[])
+    parser.addini("lpb_planners_dir", "folder of planner configurations", type="string", default="")
+    parser.addini("lpb_scenarios", "globs of scenario files below the rootdir", type="args", default=DEFAULT_GLOBS)
+    parser.addini("lpb_reports", "parent of run folders", type="string", default="")
+    parser.addini("lpb_plugins", "modules with KPIs and plots of your own", type="args", default=[])
+
+
+def split_names(text: str | list[str]) -> list[str]:
+    """Names of a comma-separated option, or of an ini value with blanks or commas."""
+    parts = [text] if isinstance(text, str) else text
+    return [name.strip() for part in parts for name in part.split(",") if name.strip()]
+
+
+def chosen_planners(config: Config) -> list[str]:
+    """References of the planners to run; empty: the plugin stays inert."""
+    given = config.getoption("--lpb-planners")
+    return split_names(config.getini("lpb_planners") if given is None else given)

@@ -1,0 +1,36 @@
+"""Hooks of every process that runs trials: a trial's result travels on its report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator
+
+import pytest
+
+from pytest_lpb.plugin.items import TrialItem
+
+REPORT_ATTRIBUTE = "lpb"  # one JSON string: it crosses xdist and leaves junit files as they are
+
+
+class WorkerPlugin:
+    """Attaches the result of a trial to its report."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Add outcome and message to the report of a trial's call."""
+        report = yield
+        if isinstance(item, TrialItem) and call.when == "call" and item.trajectory is not None:
+            metadata = item.trajectory.metadata
+            result = {
+                "scenario": metadata["scenario"],
+                "planner": metadata["planner"],
+                "seed": metadata["seed"],
+                "outcome": metadata["outcome"],
+                "success": metadata["success"],
+                "message": metadata["message"],
+            }
+            setattr(report, REPORT_ATTRIBUTE, json.dumps(result))
+            item.trajectory = None
+        return report

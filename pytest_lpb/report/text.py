@@ -1,0 +1,55 @@
+"""Tables for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import pandas as pd
+
+from pytest_lpb.report.view import ReportData
+
+HEADS = ("planner", "trials", "problems", "success", "95 % interval", "time to goal [s]", "solver median [ms]", "p95 [ms]")
+COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p95_ms_median")
+
+
+def planner_table(data: ReportData) -> Iterator[str]:
+    """One line per planner: trials, success rate with interval, median time to goal, solver time; then what to know."""
+    overall = data.summary[data.summary["scenario"] == "all"]
+    rows = [HEADS, *(_cells(row) for _, row in overall.iterrows())]
+    yield from aligned(rows)
+    if len(data.trials) and data.trials["timing_contended"].astype(bool).any():
+        yield "* timing was contended (other work ran on the same cores): no basis for comparisons"
+    repeated = overall[overall["problems"] < overall["trials"]]
+    if len(repeated):
+        yield "repeats of one problem count as one problem: intervals are over problems, not trials"
+
+
+def _cells(row: pd.Series[object]) -> tuple[str, ...]:
+    low, high = _number(row["success_low"]), _number(row["success_high"])
+    return (
+        str(row["planner"]),
+        str(row["trials"]),
+        str(row["problems"]),
+        f"{100 * _number(row['success_rate']):.0f} %",
+        f"{100 * low:.0f} to {100 * high:.0f} %",
+        *(_figure(row.get(column)) for column in COLUMNS),
+    )
+
+
+def _number(value: object) -> float:
+    return float(str(value))
+
+
+def _figure(value: object) -> str:
+    """A number with three digits, or a dash where there is none."""
+    if value is None or pd.isna(_number(value)):
+        return "-"
+    return f"{_number(value):.3g}"
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Rows of text as columns: the first left-aligned, the others right-aligned."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        yield "  ".join(cells).rstrip()

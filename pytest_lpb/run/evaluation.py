@@ -1,0 +1,134 @@
+"""Evaluates raw data: one row per trial, with every KPI. Nothing is run, nothing is changed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pytest_lpb.errors import LpbError, RecordingError
+from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
+from pytest_lpb.names import listed, suggestion
+from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.files import read_trial, trial_path
+
+# Columns of trials.csv before the KPIs.
+TRIAL_COLUMNS = (
+    "node_id",
+    "scenario",
+    "planner",
+    "seed",
+    "outcome",
+    "success",
+    "failed_criteria",
+    "steps",
+    "problem_hash",
+    "trajectory_hash",
+    "wall_s",
+    "attempt",
+    "timing_contended",
+)
+# What tables and reports need besides; not part of trials.csv.
+HIDDEN_COLUMNS = ("duration_s", "message", "command")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Trials to evaluate; None: all."""
+
+    planners: Collection[str] | None = None
+    scenarios: Collection[str] | None = None
+    node_id: str | None = None
+
+    def holds(self, row: dict[str, Any]) -> bool:
+        """Whether a trial is selected."""
+        return (
+            (self.planners is None or row["planner"] in self.planners)
+            and (self.scenarios is None or row["scenario"] in self.scenarios)
+            and (self.node_id is None or row["node_id"] == self.node_id)
+        )
+
+    def check(self, trials: pd.DataFrame) -> None:
+        """Check that what is asked for is in the run. Raises LpbError with what there is."""
+        asked = (("planner", self.planners), ("scenario", self.scenarios), ("node_id", [self.node_id]))
+        for column, names in asked:
+            known = set(trials[column].tolist())
+            for name in names or ():
+                if name is not None and name not in known:
+                    raise LpbError(
+                        f"no {column.replace('_', ' ')} {name!r} in this run{suggestion(name, known)}; "
+                        f"there are {listed(known) if len(known) <= 20 else f'{len(known)} of them'}"
+                    )
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Trials of a run with their KPIs.
+
+    Attributes:
+        trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, then a column per KPI.
+        kpis: what was evaluated.
+        warnings: KPIs that raised, files that could not be read.
+    """
+
+    run: RunFolder
+    trials: pd.DataFrame
+    kpis: Sequence[Kpi]
+    warnings: list[str]
+
+    def trajectory_of(self, node_id: str) -> Trajectory:
+        """Raw data of a trial."""
+        row = self.trials.loc[self.trials["node_id"] == node_id].iloc[0]
+        return read_trial(trial_path(self.run.path, row["scenario"], row["planner"], int(row["seed"])))
+
+    def selected(self, selection: Selection) -> Evaluation:
+        """The same for some of the trials. Raises LpbError for names that are not there."""
+        selection.check(self.trials)
+        kept = [selection.holds(row) for row in self.trials[["planner", "scenario", "node_id"]].to_dict("records")]
+        return Evaluation(self.run, self.trials[kept].reset_index(drop=True), self.kpis, self.warnings)
+
+    def table(self) -> pd.DataFrame:
+        """The content of trials.csv."""
+        return self.trials[[*TRIAL_COLUMNS, *(kpi.name for kpi in self.kpis)]]
+
+
+def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluation:
+    """Evaluate all trials of a run.
+
+    Args:
+        run: the run folder.
+        kpi_names: KPIs to evaluate; None: all that are registered. Raises KpiError for unknown ones.
+    """
+    kpis = list(default_registry) if kpi_names is None else default_registry.select(kpi_names)
+    rows: list[dict[str, Any]] = []
+    warnings: list[str] = []
+    for path in run.trial_files():
+        try:
+            rows.append(_row(path, kpis, warnings))
+        except RecordingError as error:
+            warnings.append(str(error))
+    columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis)]
+    trials = pd.DataFrame(rows, columns=columns)
+    trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
+    return Evaluation(run, trials, kpis, warnings)
+
+
+def _row(path: Path, kpis: Sequence[Kpi], warnings: list[str]) -> dict[str, Any]:
+    trajectory = read_trial(path)
+    metadata = trajectory.metadata
+    values, faults = evaluate_kpis(trajectory, kpis)
+    warnings += faults
+    return {
+        **{key: metadata[key] for key in TRIAL_COLUMNS if key in metadata},
+        "failed_criteria": "; ".join(metadata["failed_criteria"]),
+        "steps": max(len(trajectory) - 1, 0),
+        "timing_contended": trajectory.timing_contended,
+        "duration_s": trajectory.problem.duration,
+        "message": metadata["message"],
+        "command": metadata["command"],
+        **values,
+    }

@@ -1,0 +1,100 @@
+"""Run folders: run.json, trials/, tables. One per run, below the reports folder; `latest` leads to the newest."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+import tempfile
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from pytest_lpb.errors import RecordingError
+from pytest_lpb.trial.files import replace_file
+
+RUN_FILE = "run.json"
+LATEST = "latest"
+
+
+def new_run_folder(reports: Path) -> Path:
+    """Path of a new run folder, such as reports/20261122T024921Z-74be96; nothing is made yet."""
+    return reports / f"{datetime.now(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
+
+
+def check_writable(reports: Path) -> None:
+    """Check that run folders can be made in `reports`, without leaving anything. Raises RecordingError."""
+    parent = reports
+    while not parent.exists() and parent != parent.parent:
+        parent = parent.parent
+    try:
+        if not parent.is_dir():
+            raise NotADirectoryError(0, "it is not a folder")
+        with tempfile.TemporaryDirectory(dir=parent, prefix=".lpb-"):
+            pass
+    except OSError as error:
+        raise RecordingError(
+            f"reports folder {reports}: cannot write to {parent}: {error.strerror}; choose another with --lpb-reports=DIR"
+        ) from None
+
+
+class RunFolder:
+    """A run folder that exists."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @classmethod
+    def create(cls, path: Path, info: dict[str, Any]) -> RunFolder:
+        """Make a run folder: run.json first, then `latest`. Raises RecordingError."""
+        try:
+            (path / "trials").mkdir(parents=True)
+        except OSError as error:
+            raise RecordingError(f"cannot make {path}: {error.strerror}") from error
+        text = json.dumps(info, indent=1, allow_nan=False)
+        replace_file(path / RUN_FILE, f"{text}\n".encode())
+        _point_latest(path)
+        return cls(path)
+
+    @classmethod
+    def open(cls, path: Path) -> RunFolder:
+        """A run folder by its path, or by that of `latest`. Raises RecordingError when it is none."""
+        resolved = path
+        if path.name == LATEST and path.is_file():
+            resolved = path.parent / path.read_text(encoding="utf-8").strip()
+        if not (resolved / RUN_FILE).is_file():
+            raise RecordingError(f"{path} is no run folder: it has no {RUN_FILE}{_runs_near(path)}")
+        return cls(resolved.resolve())
+
+    def info(self) -> dict[str, Any]:
+        """What run.json says. Raises RecordingError when it cannot be read."""
+        try:
+            info: dict[str, Any] = json.loads((self.path / RUN_FILE).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise RecordingError(f"cannot read {self.path / RUN_FILE}: {error}") from error
+        return info
+
+    def trial_files(self) -> Iterator[Path]:
+        """All trial files, in the order of their paths."""
+        yield from sorted((self.path / "trials").rglob("seed*.parquet"))
+
+
+def _point_latest(run: Path) -> None:
+    """Swap `latest` atomically: a symbolic link, or a file with the folder's name where links are refused."""
+    latest = run.parent / LATEST
+    link = run.parent / f".{LATEST}-{run.name}"
+    try:
+        link.symlink_to(run.name, target_is_directory=True)
+        os.replace(link, latest)
+    except OSError:
+        with contextlib.suppress(FileNotFoundError):
+            link.unlink()
+        replace_file(latest, f"{run.name}\n".encode())
+
+
+def _runs_near(path: Path) -> str:
+    folder = path if path.is_dir() else path.parent
+    runs = sorted(child.parent.name for child in folder.glob(f"*/{RUN_FILE}")) if folder.is_dir() else []
+    return f"; run folders in {folder}: {', '.join(runs[-5:])}" if runs else ""

@@ -1,0 +1,119 @@
+"""What run.json says of a run: command, versions, machine, planners and scenarios."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import subprocess
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.trial.specification import usable_cores
+
+SCHEMA_VERSION = 1
+PACKAGES = (
+    "pytest-lpb",
+    "pytest",
+    "pytest-xdist",
+    "pytest-benchmark",
+    "gymnasium",
+    "numpy",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "pydantic",
+    "matplotlib",
+)
+GIT_TIMEOUT_S = 5.0
+
+
+def run_information(
+    command: Sequence[str],
+    planners: Iterable[PlannerConfiguration],
+    scenarios: Mapping[str, Path],
+    options: Mapping[str, Any],
+    folder: Path,
+) -> dict[str, Any]:
+    """Content of run.json.
+
+    Args:
+        command: as it was typed.
+        planners: with resolved parameters.
+        scenarios: files by scenario key.
+        options: seeds, flags, KPIs, modules, workers.
+        folder: whose git commit counts.
+    """
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": list(command),
+        **options,
+        "planners": {planner.name: planner.to_dict() for planner in planners},
+        "scenarios": {
+            key: {"file": str(path), "hash": hashlib.sha256(path.read_bytes()).hexdigest()}
+            for key, path in sorted(scenarios.items())
+        },
+        "packages": {name: _version(name) for name in PACKAGES},
+        "machine": machine(),
+        "git": git_state(folder),
+    }
+
+
+def machine() -> dict[str, Any]:
+    """Processor, cores, memory and system; never the machine's name."""
+    return {
+        "cpu": _cpu(),
+        "cores": usable_cores(),
+        "memory_gib": _memory_gib(),
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+    }
+
+
+def git_state(folder: Path) -> dict[str, Any] | None:
+    """Commit of the repository that holds a folder, and whether it has changes; None outside of one."""
+    commit = _git(folder, "rev-parse", "HEAD")
+    if commit is None:
+        return None
+    return {"commit": commit, "dirty": bool(_git(folder, "status", "--porcelain", "--untracked-files=no"))}
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    try:
+        result = subprocess.run(
+            ["git", "-C", str(folder), *arguments],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=GIT_TIMEOUT_S,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return result.stdout.strip()
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _cpu() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _memory_gib() -> float | None:
+    if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
+        return None
+    return round(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30, 1)

@@ -1,0 +1,136 @@
+"""Trial files: raw data as Parquet and the concrete problem as a scenario file; both appear at once, whole or not.
+
+Layout below a run folder: trials/SCENARIO/PLANNER/seedK.parquet and seedK.yaml.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow
+import pyarrow.parquet
+
+from pytest_lpb.errors import RecordingError
+from pytest_lpb.problem.hashing import canonical_json
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.units import unit_of
+
+METADATA_KEY = b"pytest_lpb"
+
+
+def trial_path(folder: Path, scenario: str, planner: str, seed: int) -> Path:
+    """Path of a trial's Parquet file in a run folder."""
+    return folder / "trials" / scenario / planner / f"seed{seed}.parquet"
+
+
+def write_trial(folder: Path, trajectory: Trajectory) -> Path:
+    """Write a trial into a run folder, unless an earlier attempt of the trial is there: the first counts.
+
+    Raises RecordingError when it cannot be written.
+    """
+    metadata = trajectory.metadata
+    path = trial_path(folder, metadata["scenario"], metadata["planner"], metadata["seed"])
+    return write_once(path, _parquet(trajectory))
+
+
+def write_once(path: Path, content: bytes) -> Path:
+    """Write a file atomically, unless it exists. Raises RecordingError when it cannot be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            with contextlib.suppress(FileExistsError):
+                # A hard link fails where a file is, so the first writer wins; a rename would replace it.
+                _link_or_rename(name, path)
+        finally:
+            Path(name).unlink(missing_ok=True)
+    except OSError as error:
+        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
+    return path
+
+
+def _link_or_rename(name: str, path: Path) -> None:
+    try:
+        os.link(name, path)
+    except FileExistsError:
+        raise
+    except OSError:
+        # File systems without hard links: the existence check is not atomic there, the rename is.
+        if not path.exists():
+            os.replace(name, path)
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file atomically, over an old one. Raises RecordingError when it cannot be written."""
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            os.replace(name, path)
+        except OSError:
+            Path(name).unlink(missing_ok=True)
+            raise
+        path.chmod(0o644)
+    except OSError as error:
+        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def _parquet(trajectory: Trajectory) -> bytes:
+    """A trial as Parquet: zstd, floats split into byte streams, units and provenance in the metadata."""
+    texts, numbers = [], []
+    arrays, fields = [], []
+    for name, values in trajectory.columns.items():
+        is_text = values.dtype == object
+        kind = pyarrow.string() if is_text else pyarrow.float64()
+        (texts if is_text else numbers).append(name)
+        arrays.append(pyarrow.array(values, kind))
+        fields.append(pyarrow.field(name, kind, metadata={"unit": unit_of(name, trajectory.problem)}))
+    metadata = {**trajectory.metadata, "problem": trajectory.problem.to_dict()}
+    schema = pyarrow.schema(fields, metadata={METADATA_KEY: canonical_json(metadata)})
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(
+        pyarrow.Table.from_arrays(arrays, schema=schema),
+        sink,
+        compression="zstd",
+        use_dictionary=texts,
+        use_byte_stream_split=numbers,
+        write_statistics=False,
+    )
+    content: bytes = sink.getvalue().to_pybytes()
+    return content
+
+
+def read_trial(path: Path) -> Trajectory:
+    """Read a trial's raw data. Raises RecordingError for a file that is not one."""
+    try:
+        table = pyarrow.parquet.read_table(path, use_threads=False)
+    except (OSError, pyarrow.ArrowException) as error:
+        raise RecordingError(f"cannot read {path}: {error}") from error
+    metadata = trial_metadata(table.schema.metadata, path)
+    columns = {name: _array(table.column(name)) for name in table.column_names}
+    problem = Problem.from_dict(metadata.pop("problem"), metadata["scenario"])
+    return Trajectory(columns, metadata, problem)
+
+
+def trial_metadata(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:
+    """What a trial file says of itself, and its problem. Raises RecordingError for another kind of file."""
+    if not metadata or METADATA_KEY not in metadata:
+        raise RecordingError(f"{path} is no trial file of pytest-lpb: it has no metadata of ours")
+    content: dict[str, Any] = json.loads(metadata[METADATA_KEY])
+    return content
+
+
+def _array(column: Any) -> np.ndarray[Any, Any]:
+    values = column.to_numpy()
+    return values if values.dtype == object else np.ascontiguousarray(values, dtype=np.float64)

@@ -1,0 +1,44 @@
+"""Units of the columns of a trial file."""
+
+from __future__ import annotations
+
+from pytest_lpb.problem.problem import Problem
+
+_BY_SUFFIX = {"_ms": "ms", "_m": "m", "_x": "m", "_y": "m", "_z": "m", "_theta": "rad"}
+_LENGTH_OR_ANGLE = {"prismatic": "m", "revolute": "rad"}
+
+
+def unit_of(column: str, problem: Problem) -> str:
+    """Unit of a column; empty for text, and for what a planner records."""
+    if column == "t":
+        return "s"
+    if column.startswith(("planner_", "clearance_body", "clearance_obstacle")):
+        return ""
+    if column.startswith("goal_"):
+        return _goal_unit(column, problem)
+    for suffix, unit in _BY_SUFFIX.items():
+        if column.endswith(suffix):
+            return unit
+    prefix, index = column.rstrip("0123456789"), int(column[len(column.rstrip("0123456789")) :])
+    kinds = problem.robot.joint_types
+    if prefix == "q":
+        return _LENGTH_OR_ANGLE[kinds[index]]
+    if prefix == "qd":
+        return f"{_LENGTH_OR_ANGLE[kinds[index]]}/s"
+    unit = _actuated_unit(problem, index)
+    return f"{unit}/s" if prefix == "u" or problem.control == "velocity" else f"{unit}/s^2"
+
+
+def _actuated_unit(problem: Problem, index: int) -> str:
+    """m or rad: what the velocity u[index] is a rate of."""
+    robot = problem.robot
+    if robot.non_holonomic and index < 2:
+        return ("m", "rad")[index]
+    return _LENGTH_OR_ANGLE[robot.joint_types[index + robot.dof - robot.n_actions]]
+
+
+def _goal_unit(column: str, problem: Problem) -> str:
+    for goal in problem.goal:
+        if column.startswith(f"goal_{goal.name}_"):
+            return goal.unit
+    return ""

@@ -1,0 +1,150 @@
+"""Motions: shapes, splines, and what is refused."""
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.motion import ExpressionMotion, FixedMotion, Motion, SplineMotion, angle_motion, motion_from
+from pytest_lpb.motion.motion import MAX_CHECKED_TIMES, sampled_times
+
+ROWS = [[1.0, 0.0, 5.0], [2.0, 1.0, 4.0], [4.0, -1.0, 6.0]]
+LOOP = [[0.0, 1.0], [1.0, 3.0], [2.5, 0.0], [4.0, 1.0]]
+MOTIONS = {
+    "fixed": FixedMotion([1.0, 2.0, 3.0]),
+    "expressions": ExpressionMotion(["cos(t)", "2"]),
+    "spline": SplineMotion(ROWS),
+    "loop": SplineMotion(LOOP, periodic=True),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+def test_shapes_and_pickling(motion: Motion) -> None:
+    t = np.linspace(0.0, 6.0, 13)
+    states = motion.evaluate(t)
+    assert [state.shape for state in states] == [(13, motion.size)] * 3
+    for state, again in zip(states, pickle.loads(pickle.dumps(motion)).evaluate(t), strict=True):
+        assert_array_equal(state, again)
+        assert state.dtype == np.float64
+        state[:] = 0.0  # the caller's own arrays
+    assert_array_equal(motion.evaluate(t)[0], pickle.loads(pickle.dumps(motion)).evaluate(t)[0])
+
+
+@pytest.mark.parametrize("motion", [MOTIONS["expressions"], MOTIONS["spline"], MOTIONS["loop"]])
+def test_velocity_and_acceleration_are_derivatives(motion: Motion) -> None:
+    t = np.linspace(1.05, 3.95, 30)
+    step = 1e-5  # [s]
+    position, velocity, acceleration = motion.evaluate(t)
+    before, after = motion.evaluate(t - step), motion.evaluate(t + step)
+    assert_allclose((after[0] - before[0]) / (2 * step), velocity, atol=1e-6)
+    assert_allclose((after[1] - before[1]) / (2 * step), acceleration, atol=1e-4)
+    assert np.ptp(position) > 0.0
+
+
+def test_whether_it_moves() -> None:
+    assert [motion.moving for motion in MOTIONS.values()] == [False, True, True, True]
+    assert not ExpressionMotion(["1", "2*pi"]).moving
+    assert not SplineMotion([[0.0, 1.0], [1.0, 1.0]]).moving
+
+
+def test_spline_is_clamped_and_held() -> None:
+    position, velocity, acceleration = SplineMotion(ROWS).evaluate(np.array([0.0, 1.0, 2.0, 4.0, 9.0]))
+    assert_allclose(position, [[0, 5], [0, 5], [1, 4], [-1, 6], [-1, 6]], atol=1e-15)
+    assert_allclose(velocity[[0, 1, 3, 4]], 0.0, atol=1e-12)
+    assert np.all(np.abs(velocity[2]) > 0.1)
+    assert_array_equal(acceleration[[0, 4]], 0.0)
+
+
+def test_periodic_spline_wraps_and_is_smooth() -> None:
+    motion = SplineMotion(LOOP, periodic=True)
+    t = np.linspace(0.0, 3.9, 20)
+    for state, later, earlier in zip(
+        motion.evaluate(t), motion.evaluate(t + 8.0), motion.evaluate(t - 4.0), strict=True
+    ):
+        assert_allclose(later, state, atol=1e-9)
+        assert_allclose(earlier, state, atol=1e-9)
+    for before, after in zip(
+        motion.evaluate(np.array([4.0 - 1e-9])), motion.evaluate(np.array([4.0 + 1e-9])), strict=True
+    ):
+        assert_allclose(before, after, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("rows", "periodic", "message"),
+    [
+        ([[0.0, 1.0]], False, "found 1 rows; a spline needs at least 2"),
+        ([[0.0, 1.0], [1.0, 1.0]], True, "found 2 rows; a periodic spline needs at least 3"),
+        (
+            [[0.0, 1.0], [1.0, 1.0, 2.0]],
+            False,
+            "row 1 has 3 numbers; every row is [t, x, ...] as long as the first",
+        ),
+        ([[0.0], [1.0]], False, "row 0 has 1 numbers; every row is [t, x, ...] as long as the first"),
+        ([[0.0, 1.0], [0.0, 2.0]], False, "row 1 has the time 0.0, not after 0.0; times must increase"),
+        (
+            [[0.0, 1.0], [1.0, 3.0], [2.0, 1.5]],
+            True,
+            "the last row [1.5] differs from the first [1.0]; a periodic spline ends where it begins",
+        ),
+    ],
+)
+def test_wrong_splines(rows: list[list[float]], periodic: bool, message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        SplineMotion(rows, periodic)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("texts", "message"),
+    [
+        (["1", "1/(t - 1)"], "'1/(t - 1)' has the value inf at t = 1 s"),
+        (["sqrt(t)"], "'sqrt(t)' has the velocity inf at t = 0 s"),
+        (["t**1.5"], "'t**1.5' has the acceleration inf at t = 0 s"),
+        (["sqrt(-1 - t)"], "'sqrt(-1 - t)' has the value nan at t = 0 s"),
+        (["9**9**9"], "'9**9**9' has the value inf at t = 0 s"),
+        (["1e5*exp(t)"], "'1e5*exp(t)' has the value 1.21825e+06 at t = 2.5 s"),
+    ],
+)
+def test_undefined_motions_are_named(texts: list[str], message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        ExpressionMotion(texts).check_finite(sampled_times(0.5, 10))
+    bound = "1e+06" if "value" in message else "1e+12"
+    assert str(caught.value) == f"{message}; allowed are finite numbers within ±{bound}"
+
+
+def test_sampled_times_hold_both_ends_and_are_bounded() -> None:
+    assert_array_equal(sampled_times(0.25, 4), [0.0, 0.25, 0.5, 0.75, 1.0])
+    many = sampled_times(0.001, 1_000_000)
+    assert len(many) == MAX_CHECKED_TIMES
+    assert (many[0], many[-1]) == (0.0, 1000.0)
+    assert np.all(np.diff(many) > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected"),
+    [
+        ({"target": [1, 2]}, [1.0, 2.0]),
+        ({"target": [1, 2], "trajectory": None}, [1.0, 2.0]),
+        ({"trajectory": ["t", "t**2"]}, [0.5, 0.25]),
+        ({"spline": [[0, 0, 1], [1, 2, 3]]}, [1.0, 2.0]),
+        ({"spline": [[0, 0], [1, 2], [2, 0]], "periodic": True}, [1.0]),
+    ],
+)
+def test_forms_of_a_goal(entry: dict[str, Any], expected: list[float]) -> None:
+    position, _, _ = motion_from(entry, key="target").evaluate(np.array([0.5]))
+    assert_allclose(position, [expected], atol=1e-12)
+
+
+@pytest.mark.parametrize("entry", [{}, {"position": [1], "trajectory": ["t"]}, {"target": [1]}])
+def test_exactly_one_form(entry: dict[str, Any]) -> None:
+    with pytest.raises(ScenarioError, match="of position, trajectory, spline; exactly one is required"):
+        motion_from(entry, key="position")
+
+
+def test_angles() -> None:
+    assert not angle_motion(0.3).moving
+    position, velocity, _ = angle_motion("2*t").evaluate(np.array([1.0]))
+    assert (position[0, 0], velocity[0, 0]) == (2.0, 2.0)
