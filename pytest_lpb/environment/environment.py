@@ -199,7 +199,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         if self._window is None:
             from pytest_lpb.environment.picture import ScenePicture
 
-            self._window = ScenePicture(show=self.render_mode == "human", fps=1.0 / self.problem.dt)
+            self._window = ScenePicture(show=self.render_mode == "human")
         return self._window.draw(self.problem, self.row, self.running_engine)
 
     def _render_if_human(self) -> None:

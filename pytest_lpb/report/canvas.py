@@ -58,7 +58,7 @@ class Canvas:
         centre = 0.5 * (self.low + self.high)
         low, high = centre - half, centre + half
         x_values = round_values(low[0], high[0], 7)
-        y_values = round_values(low[1], high[1], max(3, round(self.height / 50)))
+        y_values = round_values(low[1], high[1], max(5, round(self.height / 50)))
         x_places = self.pixels(np.column_stack([x_values, np.full(len(x_values), centre[1])]))[:, 0]
         y_places = self.pixels(np.column_stack([np.full(len(y_values), centre[0]), y_values]))[:, 1]
         return Panel(

@@ -31,14 +31,14 @@ DIRECTIONS = {"lower": "lower is better", "higher": "higher is better"}
 
 def success_groups(summary: pd.DataFrame, styles: Mapping[str, PlannerStyle]) -> list[BarGroup]:
     """Success rate of every planner: all scenarios first, then one by one."""
-    names = sorted(set(summary["scenario"]), key=lambda name: name != "all") if len(summary) else []
+    names = sorted(dict.fromkeys(summary["scenario"]), key=lambda name: name != "all") if len(summary) else []
     if len(names) == 2 and names[0] == "all":
         names = names[1:]
     groups = []
     for name in names:
-        rows = summary[summary["scenario"] == name].to_dict("records")
+        rows = {row["planner"]: row for row in summary[summary["scenario"] == name].to_dict("records")}
         title = "all scenarios" if name == "all" else str(name)
-        groups.append(BarGroup(title, [_bar(row, styles[row["planner"]]) for row in rows if row["planner"] in styles]))
+        groups.append(BarGroup(title, [_bar(rows[planner], style) for planner, style in styles.items() if planner in rows]))
     return groups
 
 

@@ -35,6 +35,16 @@ def show(value: Any, digits: int = 3) -> str:
     return minus(text)
 
 
+def show_exact(value: Any) -> str:
+    """A number somebody chose or counted, as short as it can be: 0.1, 25, 1200."""
+    number = finite(value)
+    if number is None:
+        return EMPTY
+    if number == int(number) and abs(number) < 1e9:
+        return minus(f"{int(number):,}".replace(",", THIN_SPACE))
+    return minus(f"{number:.6g}") if 1e-4 <= abs(number) < 1e6 else show(number)
+
+
 def show_p(value: Any) -> str:
     """A p-value."""
     number = finite(value)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show
+from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show, show_exact
 from pytest_lpb.report.view import (
     Cell,
     KpiLike,
@@ -126,7 +126,7 @@ def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[KpiLike
     rate = row.get("success_rate")
     cells = [
         Cell(str(len(trials)), len(trials)),
-        Cell(show(row.get("problems"), 6), finite(row.get("problems"))),
+        Cell(show_exact(row.get("problems")), finite(row.get("problems"))),
         Cell(percent(rate), finite(rate), interval(row.get("success_low"), row.get("success_high"))),
     ]
     for kpi in chosen:

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pytest_lpb.report.numbers import EMPTY, finite, show
+from pytest_lpb.report.numbers import EMPTY, finite, show, show_exact
 from pytest_lpb.report.view import Fact, PlannerSetup, PlannerStyle, Provenance
 
 HASH_DIGITS = 12
@@ -66,14 +66,14 @@ def _setup(style: PlannerStyle, entry: Mapping[str, Any]) -> PlannerSetup:
     ]
     return PlannerSetup(
         style=style,
-        planner=str(entry.get("planner") or style.name),
+        planner=str(entry.get("planner") or ""),
         parameters=safe_json(entry.get("parameters") or {}),
         facts=[Fact(name, text) for name, text in facts if text],
     )
 
 
 def _seconds(value: Any) -> str:
-    return "" if finite(value) is None else f"{show(value)} s"
+    return "" if finite(value) is None else f"{show_exact(value)} s"
 
 
 def _seeds(seeds: Any) -> str:

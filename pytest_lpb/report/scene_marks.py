@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_lpb.problem.planar.shapes import SHAPES
 from pytest_lpb.report.canvas import Canvas, path_through
-from pytest_lpb.report.numbers import show
+from pytest_lpb.report.numbers import show, show_exact
 from pytest_lpb.report.view import Mark, PlannerStyle
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def goal_marks(canvas: Canvas, trajectory: Trajectory) -> Iterator[Mark]:
     tolerance = goal.tolerance
     if tolerance is not None:
         yield Mark(
-            canvas.disc(points[0], tolerance), "tolerance", title=f"goal {goal.name}: within {show(tolerance)} m"
+            canvas.disc(points[0], tolerance), "tolerance", title=f"goal {goal.name}: within {show_exact(tolerance)} m"
         )
     x, y = canvas.pixels(points[:1])[0]
     yield Mark(f"M{x - 6:.1f} {y:.1f}h12M{x:.1f} {y - 6:.1f}v12", "goal", title=f"goal {goal.name}")

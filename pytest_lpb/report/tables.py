@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_p
+from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_exact, show_p
 from pytest_lpb.report.overview import endings
 from pytest_lpb.report.view import Cell, ComparisonRow, PlannerStyle, ReportData, TrialRow
 
@@ -52,7 +52,7 @@ def _comparison_cells(row: Mapping[Any, Any]) -> list[Cell]:
     difference = finite(row["difference"])
     sign = "+" if difference is not None and difference > 0 else ""
     return [
-        Cell(show(row["pairs"], 6), finite(row["pairs"])),
+        Cell(show_exact(row["pairs"]), finite(row["pairs"])),
         Cell(show(row["median_a"]), finite(row["median_a"])),
         Cell(show(row["median_b"]), finite(row["median_b"])),
         Cell(
@@ -84,7 +84,7 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
         cells = [
             Cell(show(row.get(kpi.name)), finite(row.get(kpi.name)), mark=mark if kpi.timing else "") for kpi in kpis
         ]
-        rows.append(_trial_row(row, styles, [*cells, _plain(row["steps"], 6), _plain(row["wall_s"], 3)]))
+        rows.append(_trial_row(row, styles, [*cells, Cell(show_exact(row["steps"]), finite(row["steps"])), Cell(show(row["wall_s"]), finite(row["wall_s"]))]))
     return rows, note
 
 
@@ -101,10 +101,6 @@ def _trial_row(row: Mapping[Any, Any], styles: Mapping[str, PlannerStyle], cells
         failed_criteria=_text(row.get("failed_criteria")),
         command=_text(row.get("command")),
     )
-
-
-def _plain(value: Any, digits: int) -> Cell:
-    return Cell(show(value, digits), finite(value))
 
 
 def _text(value: Any) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import pandas as pd
 
 from pytest_lpb.report.view import ReportData
+from pytest_lpb.run.evaluation import Evaluation
 
 HEADS = ("planner", "trials", "problems", "success", "95 % interval", "time to goal [s]", "solver median [ms]", "p95 [ms]")
 COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p95_ms_median")
@@ -53,3 +54,29 @@ def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
     for row in rows:
         cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
         yield "  ".join(cells).rstrip()
+
+
+def comparison_table(data: ReportData) -> Iterator[str]:
+    """One line per KPI of the compared planners, over all scenarios, with the number of pairs."""
+    rows = data.comparisons[data.comparisons["scenario"] == "all"]
+    heads = ("kpi", "pairs", "median a", "median b", "b - a", "95 % interval", "adjusted p", "b is")
+    for (first, second), pair in rows.groupby(["planner_a", "planner_b"], sort=True):
+        yield f"a = {first}, b = {second}"
+        yield from aligned([heads, *(_compared(row) for _, row in pair.iterrows())])
+
+
+def _compared(row: pd.Series[object]) -> tuple[str, ...]:
+    low, high = row["difference_low"], row["difference_high"]
+    interval = f"{_figure(low)} to {_figure(high)}" if pd.notna(low) else "-"
+    figures = (_figure(row[column]) for column in ("median_a", "median_b", "difference"))
+    return (str(row["kpi"]), str(row["pairs"]), *figures, interval, _figure(row["p_adjusted"]), str(row["verdict"]) or "-")
+
+
+def trial_lines(evaluation: Evaluation) -> Iterator[str]:
+    """Everything that is known of the trials: outcome, message, command, then a line per KPI."""
+    for _, row in evaluation.trials.iterrows():
+        yield f"{row['node_id']}: {row['outcome']}"
+        yield str(row["message"])
+        yield f"repeat: {row['command']}"
+        table = [(kpi.name, _figure(row[kpi.name]), kpi.unit, kpi.group) for kpi in evaluation.kpis]
+        yield from aligned([("kpi", "value", "unit", "group"), *table])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.report.canvas import path_through, thinned
-from pytest_lpb.report.numbers import show, unit_text
+from pytest_lpb.report.numbers import show_exact, unit_text
 from pytest_lpb.report.scale import Scale, scale_for
 from pytest_lpb.report.scene_marks import Drawn
 from pytest_lpb.report.view import Line, Tick, Timeline
@@ -25,14 +25,19 @@ def timelines(drawn: Sequence[Drawn]) -> list[Timeline]:
     errors = [trial.trajectory.goal_error(goal.name) for trial in drawn]
     clearances = [trial.trajectory.clearance for trial in drawn]
     found = [
-        _timeline(f"goal error [{unit_text(goal.unit)}]", drawn, errors, goal.tolerance, "tolerance"),
-        _timeline("clearance [m]", drawn, clearances, problem.safety_margin, "safety margin"),
+        _timeline("goal error", unit_text(goal.unit), drawn, errors, goal.tolerance, "tolerance"),
+        _timeline("clearance", "m", drawn, clearances, problem.safety_margin, "safety margin"),
     ]
     return [timeline for timeline in found if timeline is not None]
 
 
 def _timeline(
-    title: str, drawn: Sequence[Drawn], values: Sequence[FloatArray], limit: float | None, limit_name: str
+    name: str,
+    unit: str,
+    drawn: Sequence[Drawn],
+    values: Sequence[FloatArray],
+    limit: float | None,
+    limit_name: str,
 ) -> Timeline | None:
     present = np.concatenate(values)
     present = present[np.isfinite(present)]
@@ -45,12 +50,12 @@ def _timeline(
         places = np.column_stack([time.place(trial.trajectory.t), 1 - value.place(series)])
         lines.append(Line(trial.style, path_through(thinned(1000 * places))))
     return Timeline(
-        title=title,
+        title=f"{name} [{unit}]",
         x_ticks=time.ticks(7),
         y_ticks=_from_top(value),
         lines=[line for line in lines if line.d],
         limit=None if limit is None else round(float(1000 * (1 - value.place(np.array([limit]))[0])), 1),
-        limit_label="" if limit is None else f"{limit_name}: {show(limit)}",
+        limit_label="" if limit is None else f"{limit_name} {show_exact(limit)} {unit}".rstrip(),
     )
 
 

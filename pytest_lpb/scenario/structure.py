@@ -97,7 +97,7 @@ class Structure:
 def structure_of(robot: Robot) -> Structure | None:
     """The structure of a robot of a known model; None for others."""
     model = MODELS.get(robot.model or "")
-    if model is None or ("links" in model.keys and robot.links is None):
+    if model is None or robot.urdf is not None or ("links" in model.keys and robot.links is None):
         return None
     count = len(robot.links or ())
     links = model.links(count)

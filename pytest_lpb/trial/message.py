@@ -55,11 +55,15 @@ def _success(trajectory: Trajectory) -> str:
 
 
 def _timeout(trajectory: Trajectory) -> str:
-    return f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s{_closest(trajectory)}"
+    return f"reached {_at_the_end(trajectory)}"
 
 
 def _stalled(trajectory: Trajectory) -> str:
-    return f"came to a standstill: {_timeout(trajectory)}"
+    return f"came to a standstill {_at_the_end(trajectory)}"
+
+
+def _at_the_end(trajectory: Trajectory) -> str:
+    return f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s{_closest(trajectory)}"
 
 
 _SENTENCES: dict[str, Callable[[Trajectory], str]] = {
@@ -79,7 +83,7 @@ def _distance_left(trajectory: Trajectory, row: int) -> str:
         error = trajectory.goal_error(goal.name)[row]
         if goal is not primary and goal.tolerance is not None and error > goal.tolerance:
             parts.append(f"{error:.2f} {goal.unit} from {goal.name!r} (tolerance {goal.tolerance:.2f} {goal.unit})")
-    return ("reached " if row == -1 else "") + " and ".join(parts)
+    return " and ".join(parts)
 
 
 def _closest(trajectory: Trajectory) -> str:

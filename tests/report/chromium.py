@@ -8,6 +8,7 @@ import os
 import select
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,6 +30,14 @@ FLAGS = (
     "--remote-debugging-pipe",
 )
 TIMEOUT = 60.0  # [s]
+# Chromium reads commands from descriptor 3 and answers on 4.
+LAUNCH = """
+import fcntl, os, sys
+ends = [fcntl.fcntl(int(number), fcntl.F_DUPFD, 10) for number in sys.argv[1:3]]
+os.dup2(ends[0], 3)
+os.dup2(ends[1], 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
 
 
 def find_chromium() -> str | None:
@@ -143,10 +152,9 @@ def chromium(binary: str, profile: Path) -> Iterator[Chromium]:
     read_from, browser_out = os.pipe()
     browser_in, write_to = os.pipe()
     command = [binary, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
-    # Chromium reads commands from descriptor 3 and answers on 4.
-    shell = ["/bin/sh", "-c", f'exec "$@" 3<&{browser_in} 4>&{browser_out}', "sh", *command]
+    launcher = [sys.executable, "-I", "-S", "-c", LAUNCH, str(browser_in), str(browser_out), *command]
     with subprocess.Popen(
-        shell, pass_fds=(browser_in, browser_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        launcher, pass_fds=(browser_in, browser_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as process:
         os.close(browser_in)
         os.close(browser_out)

@@ -30,7 +30,9 @@ def working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def faults(**changes: str | None) -> tuple[str, ...]:
     """What is wrong with the base scenario after replacing, adding or (None) removing parts."""
     parts = {**PARTS, **changes}
-    Path("x.yaml").write_text("".join(f"{name}: {text}\n" for name, text in parts.items() if text is not None))
+    Path("x.yaml").write_text(
+        "".join(f"{name}: {text}\n" for name, text in parts.items() if text is not None)
+    )
     with pytest.raises(ScenarioError) as caught:
         load_scenario(Path("x.yaml"))
     return caught.value.faults
@@ -57,7 +59,7 @@ ROBOT_KEYS = (
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{model: point, limit: 3}", f"robot.limit: unknown key; did you mean 'limits' or 'links'?; allowed: {ROBOT_KEYS}"),
+        ("{model: point, limit: 3}", f"robot.limit: unknown key; did you mean 'limits'?; allowed: {ROBOT_KEYS}"),
         ("{model: planr_arm}", "robot.model: planr_arm is not available in this version; did you mean 'planar_arm'?; allowed: differential_drive, planar_arm, point"),
         ("{model: panda}", "robot.model: panda is not available in this version; allowed: differential_drive, planar_arm, point"),
         ("{urdf: a.urdf}", "robot.urdf: URDF robots are not available in this version; allowed: model differential_drive, planar_arm, point"),
@@ -114,7 +116,6 @@ def test_start(robot: str, text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{engine: pybullet}", "environment.engine: pybullet is not available in this version; allowed: planar"),
         ("{engine: planer}", "environment.engine: found the text 'planer'; did you mean 'planar'?; allowed: planar, pybullet"),
         ("{dynamics: true}", "environment.dynamics: true is not available with the engine planar; allowed: false"),
         ("{dynamics: on}", "environment.dynamics: found the text 'on'; true or false is required"),
@@ -184,7 +185,7 @@ def test_goal(text: str, message: str) -> None:
         ("[{radius: 1, position: [0, 0]}]", "obstacles[0]: shape is missing; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
         ("[{shape: cirle, radius: 1, position: [0, 0]}]", "obstacles[0]: shape: found the text 'cirle'; did you mean 'circle'?; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
         ("[{shape: sphere, radius: 1, position: [0, 0]}]", "obstacles[0].shape: sphere is not available with the engine planar; allowed: circle, rectangle"),
-        ("[{shape: circle, size: [1, 1], radius: 1, position: [0, 0]}]", "obstacles[0].size: unknown key; allowed: name, orientation, periodic, position, radius, shape, spline, trajectory"),
+        ("[{shape: circle, size: [1, 1], radius: 1, position: [0, 0]}]", "obstacles[0].size: unknown key; did you mean 'spline'?; allowed: name, orientation, periodic, position, radius, shape, spline, trajectory"),
         ("[{shape: rectangle, size: [1], position: [0, 0]}]", "obstacles[0].size: found a list of 1; at least 2 entries are required"),
         ("[{shape: rectangle, size: [1, 1, 1], position: [0, 0]}]", "obstacles[0].size: found a list of 3; allowed: at most 2"),
         ("[{shape: circle, radius: 1, position: [0, 0, 0]}]", "obstacles[0].position: found 3 coordinates; required 2: coordinates [m]"),
@@ -273,6 +274,11 @@ def test_a_box_is_for_positions() -> None:
           goal=joint)  # fmt: skip
 
 
+def test_the_engine_is_available() -> None:
+    message = "environment.engine: pybullet is not available in this version; allowed: planar"
+    check("environment", "{engine: pybullet}", message, obstacles=None)
+
+
 def test_rows_of_obstacles_are_bounded() -> None:
     check("randomize", f"{{obstacles: {{{GROUP.replace('[3, 5]', '500')}}}}}",
           "randomize.obstacles: 501 obstacles over 1000001 rows are 5.01e+08 recorded positions; allowed are 5e+07",
@@ -290,7 +296,9 @@ def test_missing_parts() -> None:
 
 def test_the_last_seed_is_in_range_too() -> None:
     found = faults(seed=str(2**63 - 1), trials="2")
-    assert found == (f"x.yaml:7: seed: 2 trials from seed {2**63 - 1} go beyond the largest seed, {2**63 - 1}",)
+    assert found == (
+        f"x.yaml:7: seed: 2 trials from seed {2**63 - 1} go beyond the largest seed, {2**63 - 1}",
+    )
 
 
 def test_faults_of_all_parts_come_at_once_in_the_order_of_lines() -> None:
@@ -330,8 +338,12 @@ def test_lines_of_nested_keys() -> None:
     ]
 
 
-@pytest.mark.parametrize("value", ["null", "5", "text", "[]", "[[]]", "{}", "{a: 1}", "[null]", "[{}]", "true", ".nan"])
-@pytest.mark.parametrize("part", [*PARTS, "randomize", "success", "xfail", "tags", "seed", "trials", "description"])
+@pytest.mark.parametrize(
+    "value", ["null", "5", "text", "[]", "[[]]", "{}", "{a: 1}", "[null]", "[{}]", "true", ".nan"]
+)
+@pytest.mark.parametrize(
+    "part", [*PARTS, "randomize", "success", "xfail", "tags", "seed", "trials", "description"]
+)
 def test_no_value_of_a_part_breaks_loading(part: str, value: str) -> None:
     parts: dict[str, Any] = {**PARTS, part: value}
     Path("x.yaml").write_text("".join(f"{name}: {text}\n" for name, text in parts.items()))
