@@ -15,7 +15,7 @@ _EXPORTS = {
     "LpbError": "pytest_lpb.errors",
     "ScenarioError": "pytest_lpb.errors",
     "Planner": "pytest_lpb.planner.base",
-    "Preview": "pytest_lpb.planner.base",
+    "Preview": "pytest_lpb.problem.preview",
     "Problem": "pytest_lpb.problem.problem",
     "Trajectory": "pytest_lpb.trajectory",
     "kpi": "pytest_lpb.kpis.registry",
@@ -24,15 +24,27 @@ _EXPORTS = {
     "run_trial": "pytest_lpb.trial.trial",
 }
 
-__all__ = [  # noqa: PLE0604
+__all__ = [
+    "Infeasible",
+    "KpiError",
+    "LpbError",
+    "Planner",
+    "Preview",
+    "Problem",
+    "ScenarioError",
+    "Trajectory",
     "__version__",
-    *_EXPORTS,
+    "kpi",
+    "load_scenario",
+    "plot",
+    "run_trial",
 ]
 
 if TYPE_CHECKING:
     from pytest_lpb.errors import Infeasible, KpiError, LpbError, ScenarioError
     from pytest_lpb.kpis.registry import kpi
-    from pytest_lpb.planner.base import Planner, Preview
+    from pytest_lpb.planner.base import Planner
+    from pytest_lpb.problem.preview import Preview
     from pytest_lpb.problem.problem import Problem
     from pytest_lpb.report.plots import plot
     from pytest_lpb.scenario.load import load_scenario

@@ -32,9 +32,7 @@ class Trajectory:
         problem: the concrete problem.
     """
 
-    def __init__(
-        self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem
-    ) -> None:
+    def __init__(self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem) -> None:
         self.columns = columns
         self.metadata = metadata
         self.problem = problem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -37,7 +37,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
     Raises ScenarioError for a scenario that cannot be used.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 20}
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 20}  # noqa: RUF012 - gymnasium's own attribute
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         if self.scenario is not None:
             self._capacity = largest_obstacle_count(self.scenario)
         self._load(first)
-        self.action_space = action_space(first)
+        self.action_space: Any = action_space(first)  # a Box; gymnasium declares a wider type
         self.observation_space = observation_space(self._observation.views)
         self._restart()
 
@@ -126,9 +126,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._render_if_human()
         return self.observe(), self._info()
 
-    def step(
-        self, action: NDArray[np.float64] | list[float]
-    ) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
+    def step(self, action: NDArray[np.float64] | list[float]) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """Apply an action (n_actions,) for one step of dt. Actions beyond the limits are clipped and counted."""
         values = self._checked(action)
         engine, monitor = self.running_engine, self.monitor

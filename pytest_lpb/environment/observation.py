@@ -17,14 +17,14 @@ class Predictor:
 
     def __init__(self, timeline: Timeline, preview: Preview, prediction: str) -> None:
         self._timeline = timeline
-        self._ahead = np.arange(1, preview.steps + 1) * preview.step_s  # [s]
+        self._ahead = np.arange(1, preview.steps + 1, dtype=np.float64) * preview.step_s  # [s]
         self._exact = prediction == "exact"
         self._still = prediction == "none"
 
     def predict(self, t: float, position: FloatArray, velocity: FloatArray) -> FloatArray:
         """Predicted positions (n, steps, size) of n things at `position` with `velocity`, each (n, size)."""
         if self._exact:
-            return self._timeline.positions(t + self._ahead)
+            return self._timeline.positions(np.add(t, self._ahead))
         ahead = np.zeros_like(self._ahead) if self._still else self._ahead
         predicted: FloatArray = position[:, None, :] + ahead[:, None] * velocity[:, None, :]
         return predicted
@@ -89,9 +89,7 @@ class Observation:
 
     def _add_previews(self, preview: Preview) -> None:
         problem = self._problem
-        for goal, timeline, (position, velocity, _) in zip(
-            problem.goal, self.goals, self._goal_buffers, strict=True
-        ):
+        for goal, timeline, (position, velocity, _) in zip(problem.goal, self.goals, self._goal_buffers, strict=True):
             array = self._buffer(f"goal_{goal.name}_preview", (preview.steps, goal.motion.size))
             predictor = Predictor(timeline, preview, problem.prediction)
             self._previews.append((array[None], predictor, position[None], velocity[None]))

@@ -144,9 +144,7 @@ def _extent(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     t = np.linspace(0.0, problem.duration, 50)
     points = [problem.robot.link_positions(problem.start_q[None])[0]]
     sizes = [0.0]
-    for goal in problem.goal:
-        if goal.type == "position" and goal.motion.size == 2:
-            points.append(goal.motion.evaluate(t)[0])
+    points += [g.motion.evaluate(t)[0] for g in problem.goal if g.type == "position" and g.motion.size == 2]
     for obstacle in problem.obstacles:
         points.append(obstacle.poses(t[:1])[0])
         sizes.append(obstacle.radius or max(obstacle.size or (0.0,)))

@@ -27,7 +27,7 @@ class Timeline:
         self._dt = dt
         self._first = 0
         self.moving = any(motion.moving for motion in motions)
-        self._block = self._evaluate(np.arange(BLOCK if self.moving else 1) * dt)
+        self._block = self._evaluate(self._times(0, BLOCK if self.moving else 1))
 
     def at(self, row: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position, velocity and acceleration, each (n, size), at t = row dt."""
@@ -35,10 +35,13 @@ class Timeline:
             row = 0
         elif not self._first <= row < self._first + BLOCK:
             self._first = row - row % BLOCK
-            self._block = self._evaluate(np.arange(self._first, self._first + BLOCK) * self._dt)
+            self._block = self._evaluate(self._times(self._first, BLOCK))
         index = row - self._first
         position, velocity, acceleration = self._block
         return position[index], velocity[index], acceleration[index]
+
+    def _times(self, first: int, count: int) -> FloatArray:
+        return np.arange(first, first + count, dtype=np.float64) * self._dt
 
     def positions(self, times: FloatArray) -> FloatArray:
         """Positions at times (m,) [s]: (n, m, size)."""

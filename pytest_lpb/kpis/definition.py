@@ -52,9 +52,7 @@ class Kpi:
         if self.name in RESERVED_NAMES:
             raise KpiError(f"{where}: the name is taken by a column of trials.csv or a key of `success`")
         if not self.unit or not self.unit.isprintable():
-            raise KpiError(
-                f"{where}: unit is {self.unit!r}; allowed is one such as 'm', or '1' for a plain number"
-            )
+            raise KpiError(f"{where}: unit is {self.unit!r}; allowed is one such as 'm', or '1' for a plain number")
         suffix = unit_of_name(self.name)
         if suffix is not None and not same_unit(suffix, self.unit):
             raise KpiError(f"{where}: unit is {self.unit!r}, but the name says {suffix!r}")

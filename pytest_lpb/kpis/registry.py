@@ -20,9 +20,7 @@ __all__ = ["Kpi", "Registry", "default_registry", "evaluate_kpis", "kpi", "load_
 
 F = TypeVar("F", bound=Callable[[Trajectory], Any])
 
-BUILTIN_MODULES = tuple(
-    f"pytest_lpb.kpis.{group}" for group in ("goal", "path", "safety", "smoothness", "timing")
-)
+BUILTIN_MODULES = tuple(f"pytest_lpb.kpis.{group}" for group in ("goal", "path", "safety", "smoothness", "timing"))
 
 
 class Registry:
@@ -71,9 +69,7 @@ class Registry:
             if not callable(function):
                 raise KpiError(f"KPI {name!r}: {function!r} is not a function of a trajectory")
             module = innermost(function).__module__
-            self.add(
-                Kpi(name, unit, direction, over, group, function, module, timing, restricted_to_duration)
-            )
+            self.add(Kpi(name, unit, direction, over, group, function, module, timing, restricted_to_duration))
             return function
 
         return register
@@ -86,9 +82,7 @@ class Registry:
         """
         known = self._kpis.get(entry.name)
         if known is not None and known.place != entry.place:
-            raise KpiError(
-                f"KPI {entry.name!r} is defined twice: at {known.place} and at {entry.place}; rename one"
-            )
+            raise KpiError(f"KPI {entry.name!r} is defined twice: at {known.place} and at {entry.place}; rename one")
         self._kpis[entry.name] = entry
 
     def select(self, names: Iterable[str] | None = None) -> list[Kpi]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.kpis.derived import once
+from pytest_lpb.kpis.derived import measured, once
 from pytest_lpb.kpis.registry import kpi
 from pytest_lpb.trajectory import FloatArray, Trajectory
 
@@ -27,7 +27,8 @@ def _cpu_ms(trajectory: Trajectory) -> FloatArray:
 
 def _calls(column: FloatArray) -> FloatArray:
     """Times of the planner's calls in order; rows without a call are NaN."""
-    return column[np.isfinite(column)]
+    times = measured(column)
+    return times[np.isfinite(times)]
 
 
 @once

@@ -4,24 +4,9 @@ import re
 
 BASE_UNITS = frozenset(
     (
-        "m",
-        "mm",
-        "cm",
-        "km",
-        "rad",
-        "deg",
-        "s",
-        "ms",
-        "us",
-        "ns",
-        "Hz",
-        "hz",
-        "kg",
-        "N",
-        "Nm",
-        "J",
-        "W",
-        "percent",
+        *("m", "mm", "cm", "km", "rad", "deg"),
+        *("s", "ms", "us", "ns", "Hz", "hz"),
+        *("kg", "N", "Nm", "J", "W", "percent"),
     )
 )
 

@@ -163,9 +163,7 @@ class _Compiler:
         if name not in FUNCTIONS:
             raise self._unknown("function", name, FUNCTIONS)
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-            raise self._error(
-                f"calls {name} with {len(node.args) + len(node.keywords)} arguments; it takes one"
-            )
+            raise self._error(f"calls {name} with {len(node.args) + len(node.keywords)} arguments; it takes one")
         moving = self.compile(node.args[0], depth + 1)
         self.program.append(name)
         return moving

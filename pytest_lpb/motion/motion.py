@@ -111,9 +111,7 @@ def motion_from(entry: Mapping[str, Any], key: str) -> Motion:
     forms = (key, "trajectory", "spline")
     given = [form for form in forms if entry.get(form) is not None]
     if len(given) != 1:
-        raise ScenarioError(
-            f"found {' and '.join(given) or 'none'} of {', '.join(forms)}; exactly one is required"
-        )
+        raise ScenarioError(f"found {' and '.join(given) or 'none'} of {', '.join(forms)}; exactly one is required")
     if given[0] == "trajectory":
         return ExpressionMotion(entry["trajectory"])
     if given[0] == "spline":

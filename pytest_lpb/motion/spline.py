@@ -64,14 +64,10 @@ class SplineMotion(Motion):
 def _check(rows: Sequence[Sequence[float]], periodic: bool) -> None:
     fewest = 3 if periodic else 2
     if len(rows) < fewest:
-        raise ScenarioError(
-            f"found {len(rows)} rows; a {'periodic ' * periodic}spline needs at least {fewest}"
-        )
+        raise ScenarioError(f"found {len(rows)} rows; a {'periodic ' * periodic}spline needs at least {fewest}")
     for index, row in enumerate(rows):
         if len(row) != len(rows[0]) or len(row) < 2:
-            raise ScenarioError(
-                f"row {index} has {len(row)} numbers; every row is [t, x, ...] as long as the first"
-            )
+            raise ScenarioError(f"row {index} has {len(row)} numbers; every row is [t, x, ...] as long as the first")
         if index and row[0] <= rows[index - 1][0]:
             raise ScenarioError(
                 f"row {index} has the time {row[0]}, not after {rows[index - 1][0]}; times must increase"

@@ -100,7 +100,12 @@ class PlannerProblem:
             {"name": o.name, "shape": o.shape, "radius": o.radius, "size": o.size, "moving": o.moving}
             for o in problem.obstacles
         ]
-        settings = {"name": problem.name, "seed": problem.seed, "dt": problem.dt, "duration": problem.duration}
+        settings = {
+            "name": problem.name,
+            "seed": problem.seed,
+            "dt": problem.dt,
+            "duration": problem.duration,
+        }
         robot = problem.robot.to_dict()
         return cls({**settings, "period": period, "robot": robot, "goal": goal, "obstacles": obstacles})
 

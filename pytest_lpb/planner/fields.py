@@ -8,7 +8,8 @@ from math import ceil
 import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, ObstacleInfo, Observation
-from pytest_lpb.planner.task import point_on_link
+from pytest_lpb.problem.planar.arm import PlanarArm
+from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import Robot
 
 
@@ -21,21 +22,62 @@ class ControlPoints:
     """
 
     def __init__(self, robot: Robot, spacing: float) -> None:
+        assert isinstance(robot, PlanarRobot), "control points are known for planar robots"
         self._robot = robot
-        self._points: list[tuple[str, tuple[float, float]]] = []
-        radii = []
+        links: list[int] = []
+        local: list[tuple[float, float]] = []
+        radii: list[float] = []
+        bodies: list[int] = []
         for body in robot.collision_bodies:
             for ax, ay, bx, by, radius in body.capsules:
-                count = ceil(np.hypot(bx - ax, by - ay) / spacing)
-                for s in np.linspace(0.0, 1.0, count + 1)[1 if count else 0 :]:
-                    self._points.append((body.link, (ax + s * (bx - ax), ay + s * (by - ay))))
+                bodies.append(len(local))
+                count = ceil(np.hypot(bx - ax, by - ay) / spacing - 1e-9)
+                for s in np.linspace(0.0, 1.0, count + 1) if count else (0.0,):
+                    links.append(robot.link_index(body.link))
+                    local.append((ax + s * (bx - ax), ay + s * (by - ay)))
                     radii.append(radius)
         self.radii = np.array(radii)  # (m,) [m]
+        self._bodies = np.array(bodies)  # first point of each capsule
+        self._body_of = np.repeat(np.arange(len(bodies)), np.diff([*bodies, len(local)]))
+        self._single = len(bodies) == len(local)
+        self._links = np.array(links)
+        self._local = np.array(local)
+        self._names = [robot.link_names[link] for link in links]
+        # Joint j of an arm moves what lies on its own link or beyond; its axis is that link's frame.
+        self._moved = self._links[:, None] > np.arange(robot.dof) if isinstance(robot, PlanarArm) else None
 
     def at(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions (m, 2) [m] and Jacobians (m, 2, dof) at q."""
-        placed = [point_on_link(self._robot, link, point, q) for link, point in self._points]
-        return np.array([position for position, _ in placed]), np.array([jacobian for _, jacobian in placed])
+        """Positions (m, 2) [m] and Jacobians per qd (m, 2, dof) at q."""
+        frames = np.array(self._robot.frames(q.tolist()))
+        x, y, c, s = frames[self._links].T
+        along, across = self._local.T
+        positions = np.empty((len(x), 2))
+        positions[:, 0] = x + c * along - s * across
+        positions[:, 1] = y + s * along + c * across
+        if self._moved is None:
+            return positions, self._by_links(q, positions, frames)
+        jacobians = np.empty((len(x), 2, self._robot.dof))
+        axes = frames[1:-1]
+        jacobians[:, 0, :] = (axes[:, 1] - positions[:, 1:]) * self._moved
+        jacobians[:, 1, :] = (positions[:, :1] - axes[:, 0]) * self._moved
+        return positions, jacobians
+
+    def _by_links(self, q: FloatArray, positions: FloatArray, frames: FloatArray) -> FloatArray:
+        """Jacobians (m, 2, dof) from those of the links' frames."""
+        of_link = {name: self._robot.jacobian(q, name) for name in dict.fromkeys(self._names)}
+        whole = np.array([of_link[name] for name in self._names])
+        arms = positions - frames[self._links, :2]
+        spin = np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+        jacobians: FloatArray = whole[:, :2] + spin[:, :, None] * whole[:, 2:]
+        return jacobians
+
+    def nearest(self, distance: FloatArray) -> FloatArray:
+        """Which points (m, n), as True, are nearest of their body to an obstacle; of distances (m, n) [m]."""
+        if self._single:
+            return np.ones(distance.shape, dtype=bool)
+        least = np.minimum.reduceat(distance, self._bodies, axis=0)
+        chosen: FloatArray = distance == least[self._body_of]
+        return chosen
 
 
 class ObstacleField:
@@ -49,21 +91,32 @@ class ObstacleField:
         # A circle is a rectangle of no size, rounded by its radius: one formula serves both.
         self._half = np.array([0.5 * np.array(o.size) if o.size else (0.0, 0.0) for o in obstacles])  # (n, 2) [m]
         self._radius = np.array([o.radius or 0.0 for o in obstacles])  # (n,) [m]
+        self._count = len(obstacles)  # observations may have room for more
+        self._round = not self._half.any()
 
     def distances(self, points: FloatArray, observation: Observation) -> tuple[FloatArray, FloatArray]:
         """Signed distances (m, n) [m] of points (m, 2) to obstacles, and unit vectors (m, n, 2) away from them."""
-        angle = observation["obstacle_orientation"]
+        offset = points[:, None, :] - observation["obstacle_position"][: self._count]
+        if self._round:
+            return self._from_circles(offset)
+        angle = observation["obstacle_orientation"][: self._count]
         c, s = np.cos(angle), np.sin(angle)
-        offset = points[:, None, :] - observation["obstacle_position"][None, :, :]
         local_x = c * offset[..., 0] + s * offset[..., 1]
         local_y = c * offset[..., 1] - s * offset[..., 0]
         gap_x, gap_y = np.abs(local_x) - self._half[:, 0], np.abs(local_y) - self._half[:, 1]
-        along_x = (gap_x > 0.0) | (gap_x >= gap_y)
-        along_y = (gap_y > 0.0) | (gap_y > gap_x)
-        out_x = np.where(along_x, np.copysign(np.where(gap_x > 0.0, gap_x, 1.0), local_x), 0.0)
-        out_y = np.where(along_y, np.copysign(np.where(gap_y > 0.0, gap_y, 1.0), local_y), 0.0)
-        length = np.hypot(out_x, out_y)
+        # Outside away from the nearest point, inside out of the nearest face.
         inside = (gap_x <= 0.0) & (gap_y <= 0.0)
+        by_x = inside & (gap_x >= gap_y)
+        out_x = np.copysign(np.where(inside, by_x, np.maximum(gap_x, 0.0)), local_x)
+        out_y = np.copysign(np.where(inside, inside & ~by_x, np.maximum(gap_y, 0.0)), local_y)
+        length = np.hypot(out_x, out_y)
         distance = np.where(inside, np.maximum(gap_x, gap_y), length) - self._radius
-        away_x, away_y = (c * out_x - s * out_y) / length, (s * out_x + c * out_y) / length
-        return distance, np.stack([away_x, away_y], axis=-1)
+        return distance, np.stack([(c * out_x - s * out_y) / length, (s * out_x + c * out_y) / length], axis=-1)
+
+    def _from_circles(self, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        length = np.hypot(offset[..., 0], offset[..., 1])
+        centred = length == 0.0
+        if centred.any():  # any direction leads out of a centre
+            offset = np.where(centred[..., None], (1.0, 0.0), offset)
+            return length - self._radius, offset / np.where(centred, 1.0, length)[..., None]
+        return length - self._radius, offset / length[..., None]

@@ -104,9 +104,7 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
     try:
         content = _File.model_validate(document.data)
     except ValidationError as error:
-        raise ConfigurationError(
-            "\n".join(_message(document, path, fault) for fault in error.errors())
-        ) from None
+        raise ConfigurationError("\n".join(_message(document, path, fault) for fault in error.errors())) from None
     return PlannerConfiguration(
         name=name,
         planner=content.planner,

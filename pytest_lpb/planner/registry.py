@@ -76,9 +76,7 @@ def _imported(module: str, reference: str, attribute: str) -> Any:
         ) from error
     for part in attribute.split("."):
         if not hasattr(value, part):
-            raise ConfigurationError(
-                f"planner {reference!r}: {module!r} has no {part!r}{suggestion(part, dir(value))}"
-            )
+            raise ConfigurationError(f"planner {reference!r}: {module!r} has no {part!r}{suggestion(part, dir(value))}")
         value = getattr(value, part)
     return value
 

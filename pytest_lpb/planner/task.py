@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import atan2, cos, pi, remainder, sin
+from math import atan2, cos, pi, remainder, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -84,16 +84,26 @@ class Actuation:
 
     def __init__(self, robot: Robot, lookahead: float) -> None:
         self._robot = robot
-        self._lookahead = lookahead  # [m]
+        self.lookahead = lookahead  # [m]
+        self.direct = not robot.non_holonomic  # u is qd
 
-    def per_input(self, jacobian: FloatArray, q: FloatArray) -> FloatArray:
-        """A Jacobian's columns per u: (m, dof) to (m, n_actions)."""
-        if not self._robot.non_holonomic:
+    def per_input(self, jacobian: FloatArray, q: FloatArray, lookahead: float | None = None) -> FloatArray:
+        """A Jacobian's columns per u, (.., m, dof) to (.., m, n_actions); `lookahead` [m] by default the robot's."""
+        if self.direct:
             return jacobian
         mapped: FloatArray = jacobian @ self._robot.action_map(q)
-        theta = float(q[2])
-        mapped[:, 1] += jacobian[:, :2] @ (self._lookahead * np.array([-sin(theta), cos(theta)]))
+        theta, ahead = float(q[2]), self.lookahead if lookahead is None else lookahead
+        mapped[..., 1] += jacobian[..., :2] @ np.array([-ahead * sin(theta), ahead * cos(theta)])
         return mapped
+
+    def lookahead_at(self, error: FloatArray) -> float:
+        """The lookahead [m] that steers to a goal this far away.
+
+        A fixed one would let the base come to rest with the goal beside it: its bearing then grows to a right angle.
+        Half the distance left keeps it facing the goal; a sixth of the lookahead bounds the turn rate.
+        """
+        distance = sqrt(float(error @ error))
+        return min(max(0.5 * distance, self.lookahead / 6.0), self.lookahead)
 
 
 class Task:
@@ -108,24 +118,37 @@ class Task:
         self._robot = problem.robot
         self.actuation = Actuation(problem.robot, lookahead)
         self._rows = [(f"goal_{goal.name}", PLANAR_ROWS[goal.type], goal) for goal in problem.goal]
-        self._weights = [goal.weight for goal in problem.goal]
+        self.moving = any(goal.moving for goal in problem.goal)
+        ends = np.cumsum([goal.size for goal in problem.goal]).tolist()
+        # Rows and weight of each sub-goal.
+        self.blocks = [(slice(end - goal.size, end), goal.weight) for goal, end in zip(problem.goal, ends, strict=True)]
         only = problem.goal[0]
         plain = only.type == "position" and not set(only.entry) & {"axes", "point", "relative_to"}
+        # The error is goal_position - q, its Jacobian the identity.
         self.direct = problem.robot.model == "point" and len(problem.goal) == 1 and plain and only.weight == 1.0
 
     def error(self, observation: Observation) -> tuple[FloatArray, FloatArray]:
         """Weighted error (m,) and Jacobian (m, n_actions) of the task's value."""
         q = observation["q"]
+        actuation = self.actuation
         errors, jacobians = [], []
-        for (key, row, goal), weight in zip(self._rows, self._weights, strict=True):
+        for key, row, goal in self._rows:
             error, jacobian = row(observation[key], self._robot, goal, q)
-            errors.append(weight * error)
-            jacobians.append(weight * self.actuation.per_input(jacobian, q))
+            ahead = None if actuation.direct else actuation.lookahead_at(error)
+            errors.append(goal.weight * error)
+            jacobians.append(goal.weight * actuation.per_input(jacobian, q, ahead))
+        if len(errors) == 1:
+            return errors[0], jacobians[0]
         return np.concatenate(errors), np.vstack(jacobians)
+
+    def target_velocity(self, observation: Observation) -> FloatArray:
+        """Weighted velocity of the targets (m,) [m/s or rad/s]."""
+        return np.concatenate([goal.weight * observation[f"{key}_velocity"] for key, _, goal in self._rows])
 
 
 def damped_inverse(jacobian: FloatArray, damping: float) -> FloatArray:
     """J^T (J J^T + damping^2 I)^-1: bounded near singular arms (Nakamura and Hanafusa, 1986)."""
-    square = jacobian @ jacobian.T + (damping * damping) * np.eye(len(jacobian))
+    square = jacobian @ jacobian.T
+    square.flat[:: len(square) + 1] += damping * damping
     inverse: FloatArray = np.linalg.solve(square, jacobian).T
     return inverse

@@ -5,23 +5,18 @@ Everything else is imported once planners are chosen, by `--lpb-planners` or ini
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pytest
 
 from pytest_lpb.plugin.options import add_options, chosen_planners
 
-if TYPE_CHECKING:
-    from pytest import Config, Parser
 
-
-def pytest_addoption(parser: Parser) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the `--lpb-*` options and their ini twins."""
     add_options(parser)
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_configure(config: Config) -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Wake up when planners are chosen."""
     references = chosen_planners(config)
     if references:

@@ -12,15 +12,11 @@ from pytest_lpb.errors import LpbError
 from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
-from pytest_lpb.plugin.controller import ControllerPlugin
-from pytest_lpb.plugin.crashes import CrashPlugin
 from pytest_lpb.plugin.options import PARTS, split_names
-from pytest_lpb.plugin.session import SESSION, LpbSession
+from pytest_lpb.plugin.session import SESSION, WORKER_RUN, LpbSession
 from pytest_lpb.plugin.worker import WorkerPlugin
 from pytest_lpb.run.folder import check_writable, new_run_folder
 from pytest_lpb.run.plugins import load_kpi_entry_points
-
-WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
 
 
 def activate(config: pytest.Config, references: list[str]) -> None:
@@ -35,8 +31,13 @@ def activate(config: pytest.Config, references: list[str]) -> None:
     manager.register(CollectionPlugin(session), "lpb-collection")
     manager.register(WorkerPlugin(), "lpb-worker")
     if not is_worker(config):
+        # Tables and reports are the controller's business: workers start without pandas and the like.
+        from pytest_lpb.plugin.controller import ControllerPlugin
+
         manager.register(ControllerPlugin(session, config), "lpb-controller")
         if manager.hasplugin("xdist"):
+            from pytest_lpb.plugin.crashes import CrashPlugin
+
             manager.register(CrashPlugin(session), "lpb-crashes")
 
 
@@ -105,7 +106,7 @@ def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
 
 
 def _ini_folder(config: pytest.Config) -> Path:
-    return config.inipath.parent if config.inipath else config.rootpath
+    return (config.inipath or config.rootpath / "pytest.ini").parent
 
 
 def _planner_folders(config: pytest.Config) -> list[Path]:

@@ -122,5 +122,3 @@ def trial_result(report: pytest.TestReport) -> dict[str, Any] | None:
     """What a trial's report carries, or None for other reports."""
     text = getattr(report, REPORT_ATTRIBUTE, None)
     return json.loads(text) if text and report.when == "call" else None
-
-

@@ -8,15 +8,13 @@ from typing import Any
 import pytest
 
 from pytest_lpb.errors import LpbError
-from pytest_lpb.plugin.session import LpbSession
+from pytest_lpb.plugin.session import WORKER_RUN, LpbSession
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.trial.files import write_trial
 from pytest_lpb.trial.outcome import WORKER_CRASH
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import failed_trial
-
-WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
 
 
 class CrashPlugin:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pytest_lpb.plugin.collection import ScenarioFile
 
 
-class TrialFailure(Exception):
+class TrialFailure(Exception):  # noqa: N818 - a verdict on a planner, not an error of the software
     """A trial that did not meet its scenario's success criteria; its text is the whole report."""
 
 

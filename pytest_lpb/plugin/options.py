@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pytest import Config, Parser
+import pytest
 
 DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
 ASSERTIONS = ("trial", "rate", "none")
 PARTS = ("start", "goal", "obstacles")
 
 
-def add_options(parser: Parser) -> None:
+def add_options(parser: pytest.Parser) -> None:
     """Add the plugin's options to pytest's parser."""
     group = parser.getgroup("lpb", "pytest-lpb: benchmark local motion planners")
     group.addoption(
@@ -48,7 +45,7 @@ def split_names(text: str | list[str]) -> list[str]:
     return [name.strip() for part in parts for name in part.split(",") if name.strip()]
 
 
-def chosen_planners(config: Config) -> list[str]:
+def chosen_planners(config: pytest.Config) -> list[str]:
     """References of the planners to run; empty: the plugin stays inert."""
     given = config.getoption("--lpb-planners")
     return split_names(config.getini("lpb_planners") if given is None else given)

@@ -13,6 +13,7 @@ import pytest
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.scenario.load import Scenario
 
+WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
 SESSION: pytest.StashKey[LpbSession] = pytest.StashKey()
 
 
@@ -53,9 +54,7 @@ class LpbSession:
         node_id = f"{Path(os.path.relpath(path, self.invocation)).as_posix()}::{planner}::seed{seed}"
         flags = [f"--lpb-random-{part}" for part in self.flags]
         planners = f"--lpb-planners={self.references[planner]}"
-        return shlex.join(
-            ["pytest", planners, f"--lpb-seed={seed}", "--lpb-trials=1", *flags, node_id]
-        )
+        return shlex.join(["pytest", planners, f"--lpb-seed={seed}", "--lpb-trials=1", *flags, node_id])
 
 
 def session_of(config: pytest.Config) -> LpbSession:

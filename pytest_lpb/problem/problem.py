@@ -48,9 +48,7 @@ class Problem:
         self.start_u: FloatArray = np.array(start["u" if "u" in start else "qd"], dtype=float)
         success = entry["success"]
         self.hold_time: float | str = success["hold_time"]  # [s] or "end"
-        self.criteria: dict[str, str] = {
-            name: text for name, text in success.items() if name not in NOT_CRITERIA
-        }
+        self.criteria: dict[str, str] = {name: text for name, text in success.items() if name not in NOT_CRITERIA}
         self.certified_path_length_m: float | None = None
 
     @classmethod

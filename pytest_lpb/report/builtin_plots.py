@@ -17,8 +17,6 @@ from pytest_lpb.statistics import wilson_interval
 if TYPE_CHECKING:
     from pytest_lpb.trajectory import Trajectory
 
-AXIS_LETTERS = "xyz"
-
 
 @plot("path")
 def path(trajectory: Trajectory, axes: Any) -> None:
@@ -56,7 +54,8 @@ def clearance(trajectory: Trajectory, axes: Any) -> None:
     """Signed distance to the nearest obstacle over time."""
     axes.plot(trajectory.t, trajectory.clearance, color="C0")
     axes.axhline(0.0, color="C3", linewidth=1, label="contact")
-    axes.axhline(trajectory.problem.safety_margin, color="0.5", linewidth=1, linestyle="--", label="safety margin")
+    margin = trajectory.problem.safety_margin
+    axes.axhline(margin, color="0.5", linewidth=1, linestyle="--", label="safety margin")
     axes.set(xlabel="time [s]", ylabel="clearance [m]")
     axes.legend(loc="best", fontsize="small")
 
@@ -66,7 +65,8 @@ def goal_error(trajectory: Trajectory, axes: Any) -> None:
     """Error of every sub-goal over time, with its tolerance."""
     for index, goal in enumerate(trajectory.problem.goal):
         colour = f"C{index % 10}"
-        axes.plot(trajectory.t, trajectory.goal_error(goal.name), color=colour, label=f"{goal.name} [{goal.unit}]")
+        error = trajectory.goal_error(goal.name)
+        axes.plot(trajectory.t, error, color=colour, label=f"{goal.name} [{goal.unit}]")
         if goal.tolerance is not None:
             axes.axhline(goal.tolerance, color=colour, linewidth=1, linestyle="--")
     axes.set(xlabel="time [s]", ylabel="error")
@@ -78,7 +78,8 @@ def action(trajectory: Trajectory, axes: Any) -> None:
     """The planner's actions over time (lines), and what the limits left of them (dots)."""
     for index in range(trajectory.action.shape[1]):
         colour = f"C{index % 10}"
-        axes.step(trajectory.t, trajectory.action[:, index], where="post", color=colour, label=f"action{index}")
+        series = trajectory.action[:, index]
+        axes.step(trajectory.t, series, where="post", color=colour, label=f"action{index}")
         axes.plot(trajectory.t, trajectory.applied[:, index], ".", color=colour, markersize=2)
     axes.set(xlabel="time [s]", ylabel=f"action ({trajectory.problem.control})")
     axes.legend(loc="best", fontsize="small")
@@ -104,10 +105,11 @@ def success(trajectories: Sequence[Trajectory], axes: Any) -> None:
     """Success rate of each planner over distinct problems, with 95 % Wilson intervals."""
     by_planner: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for trajectory in trajectories:
-        by_planner[planner_of(trajectory)][trajectory.problem.problem_hash].append(trajectory.outcome == "success")
+        solved = trajectory.outcome == "success"
+        by_planner[planner_of(trajectory)][trajectory.problem.problem_hash].append(solved)
     names = list(by_planner)
     for place, name in enumerate(names):
-        rates = [float(np.mean(solved)) for solved in by_planner[name].values()]
+        rates = [float(np.mean(repeats)) for repeats in by_planner[name].values()]
         rate = float(np.mean(rates))
         low, high = wilson_interval(sum(rates), len(rates))
         axes.barh(place, rate, color=f"C{place % 10}", alpha=0.6)

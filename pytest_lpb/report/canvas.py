@@ -37,7 +37,7 @@ class Canvas:
         """Places of points (N, 2) [m] in the picture, (N, 2) [px]."""
         centre = 0.5 * (self.low + self.high)
         middle = np.array([LEFT + 0.5 * self.width, TOP + 0.5 * self.height])
-        return middle + (points - centre) * self.scale * np.array([1.0, -1.0])
+        return np.asarray(middle + (points - centre) * self.scale * np.array([1.0, -1.0]))
 
     def line(self, points: FloatArray, *, closed: bool = False) -> str:
         """SVG path through points (N, 2) [m]; empty when nothing finite is left."""
@@ -50,7 +50,8 @@ class Canvas:
         """SVG path of a circle with centre (2,) [m] and radius [m]."""
         x, y = self.pixels(centre[None, :])[0]
         r = max(radius * self.scale, 0.1)
-        return f"M{x - r:.1f} {y:.1f}a{r:.1f} {r:.1f} 0 1 0 {2 * r:.1f} 0a{r:.1f} {r:.1f} 0 1 0 {-2 * r:.1f} 0Z"
+        half = f"a{r:.1f} {r:.1f} 0 1 0"
+        return f"M{x - r:.1f} {y:.1f}{half} {2 * r:.1f} 0{half} {-2 * r:.1f} 0Z"
 
     def panel(self, title: str, letters: str, marks: list[Mark]) -> Panel:
         """The finished picture with its axes; `letters` name them, such as `xy`."""
@@ -97,7 +98,7 @@ def thinned(points: FloatArray, most: int = MAX_PATH_POINTS) -> FloatArray:
     """At most `most` of the points, evenly taken, the first and the last among them."""
     if len(points) <= most:
         return points
-    return points[np.round(np.linspace(0, len(points) - 1, most)).astype(int)]
+    return np.asarray(points[np.round(np.linspace(0, len(points) - 1, most)).astype(int)])
 
 
 def path_through(points: FloatArray, *, closed: bool = False) -> str:

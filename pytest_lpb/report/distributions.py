@@ -1,4 +1,4 @@
-"""Success bars with Wilson intervals, and the distribution of every KPI, planner by planner within each scenario."""
+"""Success bars with Wilson intervals, and every KPI's distribution, planner by planner in each scenario."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ def success_groups(summary: pd.DataFrame, styles: Mapping[str, PlannerStyle]) ->
     for name in names:
         rows = {row["planner"]: row for row in summary[summary["scenario"] == name].to_dict("records")}
         title = "all scenarios" if name == "all" else str(name)
-        groups.append(BarGroup(title, [_bar(rows[planner], style) for planner, style in styles.items() if planner in rows]))
+        present = [(rows[planner], style) for planner, style in styles.items() if planner in rows]
+        groups.append(BarGroup(title, [_bar(row, style) for row, style in present]))
     return groups
 
 
@@ -79,20 +80,19 @@ def _kpi_figure(data: ReportData, kpi: KpiLike, styles: Mapping[str, PlannerStyl
     unit = unit_text(kpi.unit)
     groups, rows = [], 0
     for scenario, members in trials.groupby("scenario", sort=False):
-        by_planner = {str(name): part[kpi.name].to_numpy() for name, part in members.groupby("planner")}
-        boxes = [_box(by_planner[name], style, scale, unit) for name, style in styles.items() if name in by_planner]
+        found = {str(name): part[kpi.name].to_numpy() for name, part in members.groupby("planner")}
+        boxes = [_box(found[name], style, scale, unit) for name, style in styles.items() if name in found]
         rows += len(boxes)
         if rows > MAX_ROWS:
             break
         groups.append(BoxGroup(str(scenario), boxes))
-    zero = float(scale.place(np.zeros(1))[0]) if not scale.logarithmic and scale.low < 0 < scale.high else None
     return KpiFigure(
         name=kpi.name,
         title=kpi_title(kpi.name, kpi.unit),
         group=kpi.group,
         notes=_notes(kpi, trials, scale, complete=rows <= MAX_ROWS),
         ticks=scale.ticks(),
-        zero=None if zero is None else round(1000 * zero, 1),
+        zero=_thousandths(scale, [0.0])[0] if not scale.logarithmic and scale.low < 0 < scale.high else None,
         groups=groups,
     )
 
@@ -116,7 +116,9 @@ def _box(values: FloatArray, style: PlannerStyle, scale: Scale, unit: str) -> Bo
     ends = values[values >= low - reach].min(), values[values <= high + reach].max()
     boxed = len(values) >= BOX_FROM
     text = f"median {show(median)} {unit}".rstrip()
-    quartiles = f", quartiles {show(low)} and {show(high)}, range {show(values[0])} to {show(values[-1])}"
+    quartiles = ""
+    if len(values) > 1:
+        quartiles = f", quartiles {show(low)} and {show(high)}, range {show(values[0])} to {show(values[-1])}"
     return BoxRow(
         style=style,
         points=_dots(scale.place(values)),
@@ -125,7 +127,7 @@ def _box(values: FloatArray, style: PlannerStyle, scale: Scale, unit: str) -> Bo
         whiskers=_pair(scale, *ends) if boxed else None,
         label=show(median),
         number=len(values),
-        description=f"{style.name}: {text}{quartiles if len(values) > 1 else ''} ({count(len(values), 'trial')})",
+        description=f"{style.name}: {text}{quartiles} ({count(len(values), 'trial')})",
     )
 
 
@@ -142,5 +144,6 @@ def _dots(places: Iterable[float]) -> str:
     chosen = np.asarray(list(places))
     if len(chosen) > MAX_POINTS:
         chosen = chosen[np.round(np.linspace(0, len(chosen) - 1, MAX_POINTS)).astype(int)]
-    heights = 500 + 220 * np.sin(2.399963 * np.arange(len(chosen))) * (len(chosen) > 2)  # golden angle: even spread
+    spread = 220 * (len(chosen) > 2)
+    heights = 500 + spread * np.sin(2.399963 * np.arange(len(chosen)))  # by the golden angle: evenly
     return "".join(f"M{1000 * x:.0f} {y:.0f}h0" for x, y in zip(chosen, heights, strict=True))

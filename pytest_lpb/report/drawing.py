@@ -30,7 +30,13 @@ METADATA: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None},
     "svg": {"Date": None},
 }
-STYLE = {"svg.hashsalt": "pytest-lpb", "svg.fonttype": "path", "font.size": 10.0, "axes.grid": True, "grid.alpha": 0.3}
+STYLE: Any = {
+    "svg.hashsalt": "pytest-lpb",
+    "svg.fonttype": "path",
+    "font.size": 10.0,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+}
 
 
 class PlotFailure(LpbError):  # noqa: N818 - what happened to a plot, told in the report
@@ -112,6 +118,6 @@ def data_uri(drawing: Drawing) -> str:
 def _render(drawing: Drawing, figure: Figure, suffix: str, target: Path | io.BytesIO) -> None:
     try:
         figure.savefig(target, format=suffix, dpi=DPI, metadata=METADATA.get(suffix))
-    except (ValueError, RuntimeError, TypeError) as error:  # text that matplotlib cannot set, axes without extent
+    except (ValueError, RuntimeError, TypeError) as error:  # such as text that cannot be set
         plot = drawing.plot
         raise PlotFailure(f"plot {plot.name!r} ({plot.place}): {type(error).__name__}: {error}") from error

@@ -93,7 +93,6 @@ def unit_text(unit: str) -> str:
 
 def kpi_title(name: str, unit: str) -> str:
     """A KPI's name in words with its unit: `path_length_m` becomes `path length [m]`."""
-    encoded = unit.replace("^", "").replace("1/", "per_").replace("/", "_per_").replace("*", "_").replace(" ", "_")
-    words = name.removesuffix(f"_{encoded}") if encoded else name
-    words = words.replace("_", " ")
+    suffix = unit.replace("^", "").replace("1/", "per_").replace("/", "_per_")
+    words = (name.removesuffix(f"_{suffix}") if suffix else name).replace("_", " ")
     return f"{words} [{unit_text(unit)}]" if unit_text(unit) else words

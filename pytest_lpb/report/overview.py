@@ -38,7 +38,7 @@ HEADLINES = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_
 
 
 def endings(trials: pd.DataFrame) -> pd.Series[str]:
-    """Outcome of every trial; `criteria_failed` where the goal was reached but a criterion of the scenario was not met."""
+    """Outcome of every trial; `criteria_failed` where the goal was reached but a criterion was not met."""
     unmet = trials["outcome"].eq("success") & ~trials["success"].astype(bool)
     return trials["outcome"].astype(str).mask(unmet, "criteria_failed")
 
@@ -73,10 +73,11 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     if abs(float(row["success_rate"]) - solved / len(trials)) >= 0.005:
         rate = f"mean over {'problems' if data.trials['scenario'].nunique() == 1 else 'scenarios'} {rate}"
     bounds = interval(row["success_low"], row["success_high"])
-    text = f"solved {solved} of {count(len(trials), 'problem' if once else 'trial')} ({rate}, 95 % interval {bounds})"
+    whole = count(len(trials), "problem" if once else "trial")
+    text = f"solved {solved} of {whole} ({rate}, 95 % interval {bounds})"
     details = [] if once else [f"{count(problems, 'distinct problem')}, each counts once"]
     failures = endings(trials)[~trials["success"].astype(bool)].value_counts()
-    details += [f"{outcome.replace('_', ' ')} in {number}" for outcome, number in failures.items()]
+    details += [f"{str(outcome).replace('_', ' ')} in {number}" for outcome, number in failures.items()]
     return Statement(style, text, ", ".join(details))
 
 
@@ -102,7 +103,7 @@ def _matrix_cell(row: Mapping[Any, Any] | None) -> Cell:
     problems, trials = int(row["problems"]), int(row["trials"])
     repeats = "" if problems == trials else f" of {count(problems, 'problem')}"
     note = f"{int(row['successes'])} of {count(trials, 'trial')}{repeats}"
-    return Cell(percent(rate), rate, f"{note}, 95 % interval {interval(row['success_low'], row['success_high'])}")
+    return Cell(percent(rate), rate, f"{note} · {interval(row['success_low'], row['success_high'])}")
 
 
 def summary_table(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[str], list[PlannerRow]]:

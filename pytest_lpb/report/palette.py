@@ -1,4 +1,4 @@
-"""One look per planner in every figure: a colour that colour-blind readers can tell apart, a dash and a marker."""
+"""One look per planner in every figure: a colour safe for colour-blind readers, a dash and a marker."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from pytest_lpb.report.view import PlannerStyle
 
-# After Okabe and Ito (2008), darkened where they are too pale for a white page. style.css holds the twins for dark.
+# After Okabe and Ito (2008), darker where they are too pale for a white page; style.css holds both themes.
 COLOURS = ("#0072b2", "#c44e00", "#008060", "#a8478a", "#8f6a00", "#3a3fb5", "#4a4a4a", "#b3123c")
 DASHES = ("", "7 3", "2 3", "8 3 2 3", "12 4 2 4 2 4")
 MARKERS = (

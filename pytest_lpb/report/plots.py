@@ -29,7 +29,7 @@ BUILTIN_MODULE = "pytest_lpb.report.builtin_plots"
 
 @dataclass(frozen=True)
 class Plot:
-    """A registered plot: `function(trajectory, axes)`, or `function(trajectories, axes)` of a scenario or run."""
+    """A registered plot: `function(trajectory, axes)`, or `function(trajectories, axes)` of several."""
 
     name: str
     scope: Scope
@@ -64,7 +64,7 @@ class PlotRegistry:
 
         Args:
             name: names the file and the heading in the report.
-            scope: `trial`: function(trajectory, axes); `scenario` and `run`: function(list of trajectories, axes).
+            scope: `trial`: function(trajectory, axes); `scenario`, `run`: function(trajectories, axes).
 
         Raises:
             ConfigurationError: a name or scope that is not allowed, or a name that is taken.
@@ -84,19 +84,14 @@ class PlotRegistry:
         Raises:
             ConfigurationError: the name or scope is not allowed, or the name is taken by another function.
         """
+        where = f"plot {entry.name!r} ({entry.place})"
         if not is_name(entry.name) or not entry.name[0].isalpha():
-            raise ConfigurationError(
-                f"plot {entry.name!r} ({entry.place}): a name begins with a letter and has letters, digits, _ . - only"
-            )
+            raise ConfigurationError(f"{where}: a name begins with a letter; allowed: letters, digits, _ . -")
         if entry.scope not in get_args(Scope):
-            raise ConfigurationError(
-                f"plot {entry.name!r} ({entry.place}): scope is {entry.scope!r}; allowed: {listed(get_args(Scope))}"
-            )
+            raise ConfigurationError(f"{where}: scope is {entry.scope!r}; allowed: {listed(get_args(Scope))}")
         known = self._plots.get(entry.name)
         if known is not None and known.place != entry.place:
-            raise ConfigurationError(
-                f"plot {entry.name!r} is defined twice: at {known.place} and at {entry.place}; rename one of them"
-            )
+            raise ConfigurationError(f"{where}: the name is taken by {known.place}; rename one of them")
         self._plots[entry.name] = entry
 
     def select(self, names: Iterable[str] | None = None) -> list[Plot]:
@@ -112,7 +107,7 @@ class PlotRegistry:
 
     @contextmanager
     def preserved(self) -> Iterator[PlotRegistry]:
-        """Undo on leaving whatever is registered inside: one pytest session's plots do not reach the next one's."""
+        """Undo on leaving whatever is registered inside: one pytest session's plots do not reach the next."""
         before = dict(self._plots)
         try:
             yield self
@@ -133,7 +128,7 @@ class WrittenPlots:
 
 
 def load_builtin() -> PlotRegistry:
-    """Import the built-in plots and return the registry that holds them. Raises ConfigurationError: a name is taken."""
+    """Import the built-in plots and return their registry. Raises ConfigurationError: a name is taken."""
     import_module(BUILTIN_MODULE)
     return default_registry
 
@@ -145,7 +140,7 @@ def write_plots(
     formats: Sequence[str] = ("png", "pdf"),
     registry: PlotRegistry | None = None,
 ) -> WrittenPlots:
-    """Draw plots into files: FOLDER/NAME/SCENARIO/PLANNER/seedK.png, FOLDER/NAME/SCENARIO.png or FOLDER/NAME.png.
+    """Draw plots into FOLDER/NAME/SCENARIO/PLANNER/seedK.png, FOLDER/NAME/SCENARIO.png or FOLDER/NAME.png.
 
     Args:
         folder: made when it is missing.

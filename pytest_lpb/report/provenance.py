@@ -19,7 +19,7 @@ def provenance(run_info: Mapping[str, Any], styles: Mapping[str, PlannerStyle]) 
     return Provenance(
         facts=[Fact(name, text) for name, text in _facts(run_info) if text],
         planners=[_setup(styles[name], entry) for name, entry in planners.items() if name in styles],
-        packages=[Fact(str(name), str(version)) for name, version in sorted((run_info.get("packages") or {}).items())],
+        packages=[Fact(str(name), str(text)) for name, text in sorted((run_info.get("packages") or {}).items())],
         scenarios=[
             Fact(str(key), f"{entry.get('file', '')} · {str(entry.get('hash', ''))[:HASH_DIGITS]}")
             for key, entry in sorted((run_info.get("scenarios") or {}).items())

@@ -47,7 +47,7 @@ def write_report(path: Path, data: ReportData) -> Path:
 
 
 def render(page: Page) -> str:
-    """The page as HTML. Templates escape everything; only the package's own style and script go in as they are."""
+    """The page as HTML. Templates escape everything but the package's own style and script."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("pytest_lpb.report", TEMPLATES),
         autoescape=True,
@@ -62,8 +62,8 @@ def render(page: Page) -> str:
     # The hash lets the browser run this script and no other, whatever a scenario is called.
     return environment.get_template("report.html.j2").render(
         page=page,
-        style=Markup(style),  # noqa: S704 - a file of this package
-        script=Markup(script),  # noqa: S704 - a file of this package
+        style=Markup(style),
+        script=Markup(script),
         script_hash=f"sha256-{digest}",
     )
 
@@ -107,7 +107,11 @@ def page(data: ReportData) -> Page:
 
 
 def _subtitle(data: ReportData, styles: Mapping[str, PlannerStyle]) -> str:
-    counts = [(len(styles), "planner"), (data.trials["scenario"].nunique(), "scenario"), (len(data.trials), "trial")]
+    counts = [
+        (len(styles), "planner"),
+        (data.trials["scenario"].nunique(), "scenario"),
+        (len(data.trials), "trial"),
+    ]
     started = str(data.run_info.get("started") or "")
     return " · ".join([*(count(number, noun) for number, noun in counts), *([started] if started else [])])
 

@@ -108,7 +108,9 @@ def goal_marks(canvas: Canvas, trajectory: Trajectory) -> Iterator[Mark]:
     tolerance = goal.tolerance
     if tolerance is not None:
         yield Mark(
-            canvas.disc(points[0], tolerance), "tolerance", title=f"goal {goal.name}: within {show_exact(tolerance)} m"
+            canvas.disc(points[0], tolerance),
+            "tolerance",
+            title=f"goal {goal.name}: within {show_exact(tolerance)} m",
         )
     x, y = canvas.pixels(points[:1])[0]
     yield Mark(f"M{x - 6:.1f} {y:.1f}h12M{x:.1f} {y - 6:.1f}v12", "goal", title=f"goal {goal.name}")
@@ -165,7 +167,7 @@ def contact_point(drawn: Drawn) -> FloatArray:
     body = next((body for body in robot.collision_bodies if body.name == body_name), None)
     obstacle = str(trajectory.columns.get("clearance_obstacle", np.full(len(trajectory), ""))[row])
     if body is None or drawn.outcome != "collision" or f"obstacle_{obstacle}_x" not in trajectory.columns:
-        return link_path[row]
+        return np.asarray(link_path[row])
     centre = trajectory.obstacle(obstacle)[row, :2]
     pose = robot.forward_kinematics(trajectory.q[row], body.link)
     samples = np.concatenate(

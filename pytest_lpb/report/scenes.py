@@ -45,7 +45,8 @@ def representative(rows: pd.DataFrame) -> pd.DataFrame:
     chosen = rows[rows["seed"] == seed].drop_duplicates("planner")
     others = rows[~rows["planner"].isin(chosen["planner"])].sort_values("seed").drop_duplicates("planner")
     order = {planner: place for place, planner in enumerate(dict.fromkeys(rows["planner"]))}
-    return pd.concat([chosen, others]).sort_values("planner", key=lambda names: names.map(order))
+    shown: pd.DataFrame = pd.concat([chosen, others]).sort_values("planner", key=lambda names: names.map(order))
+    return shown
 
 
 def _scene(
@@ -112,9 +113,7 @@ def _fixed_points(trial: Drawn, until: float) -> FloatArray:
     parts = [trial.path[:1], goal_points(trial.trajectory)]
     for obstacle in problem.obstacles:
         positions, angles = obstacle.poses(np.linspace(0.0, until, CORNER_TIMES if obstacle.moving else 1))
-        parts += [
-            placed_corners(obstacle, place, float(angle)) for place, angle in zip(positions, angles, strict=True)
-        ]
+        parts += [placed_corners(obstacle, place, float(angle)) for place, angle in zip(positions, angles, strict=True)]
     tolerance = problem.primary.tolerance or 0.0
     parts += [parts[1] + tolerance, parts[1] - tolerance]
     return np.concatenate(parts)
@@ -139,7 +138,12 @@ def _legend(drawn: Sequence[Drawn]) -> list[tuple[str, str]]:
     if not drawn:
         return []
     problem = drawn[0].trajectory.problem
-    entries = [("start", "start"), ("goal", "goal and tolerance"), ("solved", "end, solved"), ("failed", "end, failed")]
+    entries = [
+        ("start", "start"),
+        ("goal", "goal and tolerance"),
+        ("solved", "end, solved"),
+        ("failed", "end, failed"),
+    ]
     if problem.obstacles:
         entries.append(("obstacle", "obstacle"))
     if any(obstacle.moving for obstacle in problem.obstacles):

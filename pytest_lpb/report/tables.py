@@ -13,18 +13,26 @@ from pytest_lpb.report.view import Cell, ComparisonRow, PlannerStyle, ReportData
 
 MAX_COMPARISONS = 2500
 MAX_TRIALS = 5000
-COMPARISON_HEADS = ("pairs", "median A", "median B", "difference B − A", "ratio B / A", "p, adjusted", "B improves")
-TRIAL_KPIS = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_p95_ms")
+COMPARISON_HEADS = (
+    "pairs",
+    "median A",
+    "median B",
+    "difference B − A",
+    "ratio B / A",
+    "p, adjusted",
+    "B improves",
+)
+TRIAL_KPIS = ("time_to_goal_s", "clearance_min_m", "solver_time_p95_ms")
 
 
 def comparison_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[ComparisonRow], str]:
     """Rows of the table of comparisons, and a note where some are left out."""
-    frame = data.comparisons
+    frame = data.comparisons[data.comparisons["pairs"] > 0]
     note = ""
     if len(frame) > MAX_COMPARISONS:
         kept = frame[frame["scenario"] == "all"]
         frame = (kept if len(kept) else frame).head(MAX_COMPARISONS)
-        note = f"{len(frame)} of {len(data.comparisons)} comparisons; all of them are in comparisons.csv."
+        note = f"{len(frame)} comparisons; all {len(data.comparisons)} of them are in comparisons.csv."
     kpis = {kpi.name: kpi for kpi in data.kpis}
     contended = len(data.trials) > 0 and bool(data.trials["timing_contended"].astype(bool).any())
     rows = []
@@ -68,7 +76,10 @@ def _comparison_cells(row: Mapping[Any, Any]) -> list[Cell]:
 
 def trial_heads(data: ReportData) -> list[str]:
     """Headings of the figures in the table of trials."""
-    return [kpi_title(kpi.name, kpi.unit) for kpi in data.kpis if kpi.name in TRIAL_KPIS] + ["steps", "wall time [s]"]
+    return [kpi_title(kpi.name, kpi.unit) for kpi in data.kpis if kpi.name in TRIAL_KPIS] + [
+        "steps",
+        "wall time [s]",
+    ]
 
 
 def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[TrialRow], str]:
@@ -84,7 +95,17 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
         cells = [
             Cell(show(row.get(kpi.name)), finite(row.get(kpi.name)), mark=mark if kpi.timing else "") for kpi in kpis
         ]
-        rows.append(_trial_row(row, styles, [*cells, Cell(show_exact(row["steps"]), finite(row["steps"])), Cell(show(row["wall_s"]), finite(row["wall_s"]))]))
+        rows.append(
+            _trial_row(
+                row,
+                styles,
+                [
+                    *cells,
+                    Cell(show_exact(row["steps"]), finite(row["steps"])),
+                    Cell(show(row["wall_s"]), finite(row["wall_s"])),
+                ],
+            )
+        )
     return rows, note
 
 

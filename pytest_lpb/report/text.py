@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import pandas as pd
 
 from pytest_lpb.report.view import ReportData
 from pytest_lpb.run.evaluation import Evaluation
 
-HEADS = ("planner", "trials", "problems", "success", "95 % interval", "time to goal [s]", "solver median [ms]", "p95 [ms]")
+HEADS = (
+    "planner",
+    "trials",
+    "problems",
+    "success",
+    "95 % interval",
+    "time to goal [s]",
+    "solver median [ms]",
+    "p95 [ms]",
+)
 COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p95_ms_median")
 
 
@@ -25,7 +35,7 @@ def planner_table(data: ReportData) -> Iterator[str]:
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
 
 
-def _cells(row: pd.Series[object]) -> tuple[str, ...]:
+def _cells(row: pd.Series[Any]) -> tuple[str, ...]:
     low, high = _number(row["success_low"]), _number(row["success_high"])
     return (
         str(row["planner"]),
@@ -52,7 +62,10 @@ def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
     """Rows of text as columns: the first left-aligned, the others right-aligned."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
-        cells = [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
+        cells = [
+            row[0].ljust(widths[0]),
+            *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)),
+        ]
         yield "  ".join(cells).rstrip()
 
 
@@ -65,11 +78,18 @@ def comparison_table(data: ReportData) -> Iterator[str]:
         yield from aligned([heads, *(_compared(row) for _, row in pair.iterrows())])
 
 
-def _compared(row: pd.Series[object]) -> tuple[str, ...]:
+def _compared(row: pd.Series[Any]) -> tuple[str, ...]:
     low, high = row["difference_low"], row["difference_high"]
     interval = f"{_figure(low)} to {_figure(high)}" if pd.notna(low) else "-"
     figures = (_figure(row[column]) for column in ("median_a", "median_b", "difference"))
-    return (str(row["kpi"]), str(row["pairs"]), *figures, interval, _figure(row["p_adjusted"]), str(row["verdict"]) or "-")
+    return (
+        str(row["kpi"]),
+        str(row["pairs"]),
+        *figures,
+        interval,
+        _figure(row["p_adjusted"]),
+        str(row["verdict"]) or "-",
+    )
 
 
 def trial_lines(evaluation: Evaluation) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The users' own plots in the report: drawn once per run, per scenario, or of each scenario's trials in the pictures."""
+"""The users' own plots in the report: once per run, per scenario, or of the trials in the pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report is made from, and the view models its templates draw: text and numbers, nothing to compute."""
+"""What a report is made from, and the view models its templates draw: text and places, ready to show."""
 
 from __future__ import annotations
 

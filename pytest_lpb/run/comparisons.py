@@ -71,14 +71,10 @@ def comparisons_table(trials: pd.DataFrame, kpis: Sequence[KpiColumn], rng_seed:
         for comparison in _pair(rows, a, b, measures, rng_seed)
     ]
     adjusted = _adjust(compared)
-    return pd.DataFrame(
-        [_record(item, p) for item, p in zip(compared, adjusted, strict=True)], columns=COLUMNS
-    )
+    return pd.DataFrame([_record(item, p) for item, p in zip(compared, adjusted, strict=True)], columns=COLUMNS)
 
 
-def _pair(
-    rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure], rng_seed: int
-) -> Iterator[_Comparison]:
+def _pair(rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure], rng_seed: int) -> Iterator[_Comparison]:
     """Every comparison of planners a and b: each scenario, then all of them."""
     both = rows[rows["planner"].isin([a, b])]
     tested = both.groupby("scenario")["planner"].nunique()
@@ -100,9 +96,7 @@ def _pair(
         yield _Comparison(a, b, ALL, measure, figures, any_contended)
 
 
-def _samples(
-    rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure]
-) -> dict[tuple[str, str], Sample]:
+def _samples(rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure]) -> dict[tuple[str, str], Sample]:
     """Values of both planners on each distinct problem, by scenario and column."""
     columns = [measure.column for measure in measures]
     cells = rows.groupby(["planner", *PROBLEM, "seed"])[columns].mean()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,7 +44,7 @@ class Selection:
     scenarios: Collection[str] | None = None
     node_id: str | None = None
 
-    def holds(self, row: dict[str, Any]) -> bool:
+    def holds(self, row: Mapping[Any, Any]) -> bool:
         """Whether a trial is selected."""
         return (
             (self.planners is None or row["planner"] in self.planners)

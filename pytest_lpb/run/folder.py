@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import secrets
 import tempfile
 from collections.abc import Iterator
@@ -36,7 +35,8 @@ def check_writable(reports: Path) -> None:
             pass
     except OSError as error:
         raise RecordingError(
-            f"reports folder {reports}: cannot write to {parent}: {error.strerror}; choose another with --lpb-reports=DIR"
+            f"reports folder {reports}: cannot write to {parent}: {error.strerror}; "
+            "choose another with --lpb-reports=DIR"
         ) from None
 
 
@@ -87,7 +87,7 @@ def _point_latest(run: Path) -> None:
     link = run.parent / f".{LATEST}-{run.name}"
     try:
         link.symlink_to(run.name, target_is_directory=True)
-        os.replace(link, latest)
+        link.replace(latest)
     except OSError:
         with contextlib.suppress(FileNotFoundError):
             link.unlink()

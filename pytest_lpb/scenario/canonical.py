@@ -55,9 +55,7 @@ def _robot(robot: Robot) -> Plain:
     plain["collision"] = (
         robot.collision if isinstance(robot.collision, str) else robot.collision.model_dump(exclude_none=True)
     )
-    plain["limits"] = {
-        key: getattr(robot.limits, key, None) for key in ("position", "velocity", "acceleration")
-    }
+    plain["limits"] = {key: getattr(robot.limits, key, None) for key in ("position", "velocity", "acceleration")}
     plain["self_collision_pairs"] = robot.self_collision_pairs
     return plain
 

@@ -17,7 +17,7 @@ from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.problem.robot import FloatArray, Robot, robot_from
+from pytest_lpb.problem.robot import FloatArray, robot_from
 from pytest_lpb.scenario.feasibility import FreeSpace, goal_fault, start_fault
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
 from pytest_lpb.scenario.load import Scenario
@@ -38,13 +38,11 @@ def largest_obstacle_count(scenario: Scenario, flags: Iterable[str] = ()) -> int
     listed = len(scenario.concrete["obstacles"])
     if "obstacles" not in parts_drawn(scenario, flags):
         return listed
-    drawn = sum(group["count"][1] for group in scenario.randomize["obstacles"])
+    drawn: int = sum(group["count"][1] for group in scenario.randomize["obstacles"])
     return drawn + (listed if scenario.keep_obstacles else 0)
 
 
-def draw_problem(
-    scenario: Scenario, seed: int, flags: Iterable[str] = (), name: str | None = None
-) -> Problem:
+def draw_problem(scenario: Scenario, seed: int, flags: Iterable[str] = (), name: str | None = None) -> Problem:
     """The problem of a seed.
 
     Args:
@@ -172,9 +170,7 @@ class _Draw:
             number += count
             self.entry["obstacles"] += self._draw_group(group, names, stream, index)
 
-    def _draw_group(
-        self, group: dict[str, Any], names: list[str], stream: Stream, index: int
-    ) -> list[dict[str, Any]]:
+    def _draw_group(self, group: dict[str, Any], names: list[str], stream: Stream, index: int) -> list[dict[str, Any]]:
         fields, ranges = _group_ranges(group)
         placed: dict[int, dict[str, Any]] = {}
         for _ in range(MAX_ATTEMPTS):
@@ -186,9 +182,7 @@ class _Draw:
             if len(placed) == len(names):
                 return [placed[item] for item in range(len(names))]
         missing = next(item for item in range(len(names)) if item not in placed)
-        raise self._fault(
-            f"obstacles[{index}]", f"obstacle {names[missing]!r} always blocked the start or the goal"
-        )
+        raise self._fault(f"obstacles[{index}]", f"obstacle {names[missing]!r} always blocked the start or the goal")
 
     def _suits(self, entry: dict[str, Any]) -> bool:
         """Whether an obstacle leaves the start free, and a configuration at the goal besides those lost before."""
@@ -235,9 +229,7 @@ def _group_ranges(group: dict[str, Any]) -> tuple[list[tuple[str, int | None]], 
     return fields, ranges
 
 
-def _obstacle_entry(
-    name: str, shape: str, fields: list[tuple[str, int | None]], values: list[float]
-) -> dict[str, Any]:
+def _obstacle_entry(name: str, shape: str, fields: list[tuple[str, int | None]], values: list[float]) -> dict[str, Any]:
     """A drawn obstacle as a concrete problem lists it; with a velocity its position becomes expressions in t."""
     drawn: dict[str, Any] = {}
     for (key, axis), value in zip(fields, values, strict=True):

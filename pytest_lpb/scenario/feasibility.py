@@ -59,9 +59,7 @@ def start_fault(robot: Robot, q: Sequence[float], obstacles: Sequence[Obstacle])
     return None
 
 
-def goal_fault(
-    robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obstacles: Sequence[Obstacle]
-) -> str | None:
+def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obstacles: Sequence[Obstacle]) -> str | None:
     """What is wrong with the goal at t = 0, in words; None when the robot can be there without a collision.
 
     Moving targets and goals without a tolerance are not judged.

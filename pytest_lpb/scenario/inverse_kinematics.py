@@ -76,9 +76,7 @@ def _solve(
     return None
 
 
-def _residual(
-    robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray
-) -> FloatArray:
+def _residual(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> FloatArray:
     frames = robot.frames(q.tolist())
     parts = []
     for sub_goal, target in zip(goal, targets, strict=True):
@@ -89,13 +87,11 @@ def _residual(
     return np.concatenate(parts)
 
 
-def _worst(
-    robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray
-) -> float:
+def _worst(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> float:
     """Largest excess of a sub-goal's error over its share of the tolerance; not positive: reached."""
     frames = robot.frames(q.tolist())
     worst = -inf
     for sub_goal, target in zip(goal, targets, strict=True):
-        error = sub_goal.distance(sub_goal.value(q.tolist(), frames), target)
+        error = sub_goal.distance(sub_goal.value(q.tolist(), frames), target.tolist())
         worst = max(worst, error - 0.5 * (sub_goal.tolerance or 0.0))
     return worst

@@ -38,8 +38,6 @@ def resolve(text: str) -> Scalar:
     for pattern, convert in ((INTEGER, int), (FLOAT, float), (BASED_INTEGER, lambda digits: int(digits, 0))):
         if pattern.fullmatch(text):
             if len(text) > MAX_NUMBER_LENGTH:
-                raise ValueError(
-                    f"found a number of {len(text)} characters; allowed are at most {MAX_NUMBER_LENGTH}"
-                )
+                raise ValueError(f"found a number of {len(text)} characters; allowed are at most {MAX_NUMBER_LENGTH}")
             return convert(text)
     return text

@@ -69,9 +69,7 @@ def read_yaml(content: bytes, name: str) -> Document:
             builder.handle(event)
         return builder.document()
     except _FaultError as fault:
-        raise ScenarioError(
-            *capped([f"{name}:{line}: {message}" for line, message in fault.faults])
-        ) from None
+        raise ScenarioError(*capped([f"{name}:{line}: {message}" for line, message in fault.faults])) from None
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else 1
@@ -91,9 +89,7 @@ def _decoded(content: bytes, name: str) -> str:
         ) from None
     if wrong := _NOT_PRINTABLE.search(text):
         line = text.count("\n", 0, wrong.start()) + 1
-        raise ScenarioError(
-            f"{name}:{line}: found the control character U+{ord(wrong.group()):04X}, not text"
-        )
+        raise ScenarioError(f"{name}:{line}: found the control character U+{ord(wrong.group()):04X}, not text")
     return text
 
 
@@ -106,9 +102,7 @@ class _FaultError(Exception):
 class _Open:
     """A mapping or list whose end has not been reached yet."""
 
-    def __init__(
-        self, data: dict[str, Any] | list[Any], line: int, anchor: str | None, first_node: int
-    ) -> None:
+    def __init__(self, data: dict[str, Any] | list[Any], line: int, anchor: str | None, first_node: int) -> None:
         self.data = data
         self.line = line
         self.anchor = anchor
@@ -165,9 +159,7 @@ class _Builder:
         data, place = self.root
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else f"the single value {data!r:.60}"
-            raise _FaultError(
-                (place.line, f"found {found}; a scenario is a mapping that begins with `version: 1`")
-            )
+            raise _FaultError((place.line, f"found {found}; a scenario is a mapping that begins with `version: 1`"))
         return Document(data, place)
 
     def _count(self, nodes: int, line: int) -> None:
@@ -192,9 +184,7 @@ class _Builder:
         if self.stack and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None:
             raise _FaultError((line, "found a mapping or a list as a key; keys are text"))
         if len(self.stack) >= MAX_DEPTH:
-            raise _FaultError(
-                (line, f"nested more than {MAX_DEPTH} levels deep; that is too deep for a scenario")
-            )
+            raise _FaultError((line, f"nested more than {MAX_DEPTH} levels deep; that is too deep for a scenario"))
         if anchor:
             self.anchors[anchor] = None
         self.stack.append(_Open(data, line, anchor, self.nodes))
@@ -237,14 +227,10 @@ class _Builder:
         if not isinstance(key, str):
             raise _FaultError((line, f"{self._path()}found the key {described(key)}; keys are text"))
         if key == "<<":
-            raise _FaultError(
-                (line, f"{self._path()}found the merge key <<; it is no YAML 1.2: write the keys out")
-            )
+            raise _FaultError((line, f"{self._path()}found the merge key <<; it is no YAML 1.2: write the keys out"))
         if key in top.data:
             first = top.children[key].line
-            self.duplicates.append(
-                (line, f"{self._path(key)}duplicate key; it is first given in line {first}")
-            )
+            self.duplicates.append((line, f"{self._path(key)}duplicate key; it is first given in line {first}"))
         top.key = key
         top.key_line = line
 

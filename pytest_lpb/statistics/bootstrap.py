@@ -51,9 +51,7 @@ def bootstrap_medians(
     return np.concatenate(halves)
 
 
-def bootstrap_means(
-    clusters: Sequence[ArrayLike], rng: np.random.Generator, resamples: int = RESAMPLES
-) -> FloatArray:
+def bootstrap_means(clusters: Sequence[ArrayLike], rng: np.random.Generator, resamples: int = RESAMPLES) -> FloatArray:
     """Bootstrap distribution of the mean over clusters of the mean within each.
 
     Args:

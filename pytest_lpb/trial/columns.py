@@ -20,7 +20,7 @@ NS_PER_MS = 1e6
 def columns_of(problem: Problem, log: Log) -> Columns:
     """All columns by name, each (N + 1,): see section 7 of the contract."""
     rows = len(log.q)
-    t = np.arange(rows) * problem.dt
+    t = np.arange(rows, dtype=np.float64) * problem.dt
     columns: Columns = {"t": t}
     _numbered(columns, "q", _matrix(log.q, problem.robot.dof))
     _numbered(columns, "qd", _matrix(log.qd, problem.robot.dof))

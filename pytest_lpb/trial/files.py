@@ -67,7 +67,7 @@ def _link_or_rename(name: str, path: Path) -> None:
     except OSError:
         # File systems without hard links: the existence check is not atomic there, the rename is.
         if not path.exists():
-            os.replace(name, path)
+            Path(name).replace(path)
 
 
 def replace_file(path: Path, content: bytes) -> None:
@@ -77,7 +77,7 @@ def replace_file(path: Path, content: bytes) -> None:
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(content)
-            os.replace(name, path)
+            Path(name).replace(path)
         except OSError:
             Path(name).unlink(missing_ok=True)
             raise
@@ -88,7 +88,8 @@ def replace_file(path: Path, content: bytes) -> None:
 
 def _parquet(trajectory: Trajectory) -> bytes:
     """A trial as Parquet: zstd, floats split into byte streams, units and provenance in the metadata."""
-    texts, numbers = [], []
+    texts: list[str] = []
+    numbers: list[str] = []
     arrays, fields = [], []
     for name, values in trajectory.columns.items():
         is_text = values.dtype == object

@@ -59,7 +59,11 @@ def run_trial(
         if own is not None:
             own.close()
     metadata = _metadata(specification, problem, log)
-    metadata |= {"setup_ms": setup_ms, "period_s": every * problem.dt, "parameters": dataclasses.asdict(parameters)}
+    metadata |= {
+        "setup_ms": setup_ms,
+        "period_s": every * problem.dt,
+        "parameters": dataclasses.asdict(parameters),
+    }
     return _judged(Trajectory(columns_of(problem, log), metadata, problem), metadata, violation, log)
 
 
@@ -89,9 +93,7 @@ def _set_up(holder: PlannerHolder | None, parameters: Any, problem: PlannerProbl
     return planner
 
 
-def _metadata(
-    specification: TrialSpecification, problem: Problem, log: Log
-) -> dict[str, Any]:
+def _metadata(specification: TrialSpecification, problem: Problem, log: Log) -> dict[str, Any]:
     configuration = specification.planner
     return {
         "schema_version": SCHEMA_VERSION,
@@ -111,9 +113,7 @@ def _metadata(
     }
 
 
-def _judged(
-    trajectory: Trajectory, metadata: dict[str, Any], violation: Violation | None, log: Log
-) -> Trajectory:
+def _judged(trajectory: Trajectory, metadata: dict[str, Any], violation: Violation | None, log: Log) -> Trajectory:
     """Add what follows from the raw data: the hash, the message, the criteria of success."""
     failed = failed_criteria(trajectory) if log.outcome == SUCCESS else []
     message = outcome_message(trajectory, violation, log.fault)

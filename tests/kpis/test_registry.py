@@ -80,7 +80,8 @@ def test_the_same_name_from_another_function_names_both_places() -> None:
 
 def test_a_module_imported_again_replaces_its_kpis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "lpb_own_kpis.py").write_text(
-        "from pytest_lpb import kpi\n@kpi('own_m', 'm', 'lower', 'all')\ndef own(trajectory):\n    return 1.0\n"
+        "from pytest_lpb import kpi\n\n\n@kpi('own_m', 'm', 'lower', 'all')\n"
+        "def own(trajectory):\n    return 1.0\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     with default_registry.preserved() as registry:

@@ -93,7 +93,7 @@ def make_trial(
         metadata: replaces the defaults.
     """
     rows = len(q)
-    t: Array = np.arange(rows) * problem.dt
+    t = np.arange(rows, dtype=np.float64) * problem.dt
     qd = np.zeros_like(q) if qd is None else qd
     action = np.zeros((rows, problem.robot.n_actions)) if action is None else action.copy()
     if rows:

@@ -46,7 +46,7 @@ def find_chromium() -> str | None:
 
 
 class Chromium:
-    """One page in a browser. `errors` holds console errors and exceptions, `requests` every address loaded."""
+    """One page in a browser. `errors`: console errors and exceptions; `requests`: every address loaded."""
 
     def __init__(self, process: subprocess.Popen[bytes], write_to: int, read_from: int) -> None:
         self._process, self._out, self._in = process, write_to, read_from
@@ -103,7 +103,11 @@ class Chromium:
     def look(self, width: int, height: int, scheme: str, *, phone: bool = False) -> None:
         """Set the window's size [CSS px] and the preferred colour scheme, `light` or `dark`."""
         self.send(
-            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=phone
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=phone,
         )
         self.send("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 

@@ -77,7 +77,7 @@ def make_problem(scenario: str, seed: int) -> Problem:
 
 
 def make_trajectory(problem: Problem, node_id: str, push: float, rows: int = 240) -> Trajectory:
-    """Motion down a potential: to the goal, away from obstacles as hard as `push` says; ends at the goal or a contact."""
+    """Motion to the goal, away from obstacles as hard as `push` says; ends at the goal or a contact."""
     robot, goal = problem.robot, problem.primary
     collision = PlanarCollision(robot, problem.obstacles)  # type: ignore[arg-type]
     q, states, errors, clearances = problem.start_q.copy(), [], [], []
@@ -116,17 +116,22 @@ def _step(problem: Problem, q: Array, wish: Array, clearance: float) -> Array:
     if robot.non_holonomic:
         turn = math.remainder(math.atan2(wish[1], wish[0]) - q[2], 2 * math.pi)
         speed = float(np.linalg.norm(wish)) * max(math.cos(turn), 0.0)
-        return q + dt * robot.action_map(q) @ np.array([speed, 2.0 * turn])
+        return np.asarray(q + dt * robot.action_map(q) @ np.array([speed, 2.0 * turn]))
     damped = jacobian @ jacobian.T + 0.02 * np.eye(2)
     return np.asarray(q + dt * jacobian.T @ np.linalg.solve(damped, wish) + 1e-3 * min(clearance, 1.0))
 
 
 def _recorded(
-    problem: Problem, node_id: str, outcome: str, q: Array, errors: Array, clearances: Sequence[tuple[float, str, str]]
+    problem: Problem,
+    node_id: str,
+    outcome: str,
+    q: Array,
+    errors: Array,
+    clearances: Sequence[tuple[float, str, str]],
 ) -> Trajectory:
     rows, actions = len(q), problem.robot.n_actions
-    t = np.arange(rows) * problem.dt
-    qd = np.gradient(q, problem.dt, axis=0) if rows > 1 else np.zeros_like(q)
+    t: Array = np.arange(rows) * problem.dt
+    qd: Array = np.asarray(np.gradient(q, problem.dt, axis=0)) if rows > 1 else np.zeros_like(q)
     noise = np.random.default_rng(rows)
     columns: dict[str, NDArray[Any]] = {"t": t, "goal_reach_error": errors}
     columns |= {f"q{i}": q[:, i] for i in range(q.shape[1])} | {f"qd{i}": qd[:, i] for i in range(q.shape[1])}
@@ -146,7 +151,13 @@ def _recorded(
     columns["self_clearance_m"] = np.full(rows, np.nan)
     columns["solver_wall_ms"] = noise.lognormal(-1.0, 0.3, rows)
     columns["solver_cpu_ms"] = 0.95 * columns["solver_wall_ms"]
-    metadata = {"node_id": node_id, "outcome": outcome, "wall_s": 0.2, "setup_ms": 3.0, "period_s": problem.dt}
+    metadata = {
+        "node_id": node_id,
+        "outcome": outcome,
+        "wall_s": 0.2,
+        "setup_ms": 3.0,
+        "period_s": problem.dt,
+    }
     return Trajectory(columns, metadata, problem)
 
 
@@ -200,8 +211,8 @@ def _record(scenario: str, planner: str, seed: int, trajectory: Trajectory, cont
     node_id, outcome = trajectory.metadata["node_id"], trajectory.outcome
     messages = {
         "success": "",
-        "collision": f"body touched {trajectory.columns['clearance_obstacle'][-1]} at t = {trajectory.t[-1]:.2f} s",
-        "timeout": f"goal error {trajectory.columns['goal_reach_error'][-1]:.3g} m after 12 s",
+        "collision": f"touched {trajectory.columns['clearance_obstacle'][-1]} at t = {trajectory.t[-1]:.2f} s",
+        "timeout": f"goal error {trajectory.goal_error('reach')[-1]:.3g} m after 12 s",
     }
     return {
         "node_id": node_id,
@@ -219,13 +230,19 @@ def _record(scenario: str, planner: str, seed: int, trajectory: Trajectory, cont
         "timing_contended": contended,
         "duration_s": 12.0,
         "message": messages[outcome],
-        "command": f"pytest --lpb-planners={planner} --lpb-seed={seed} --lpb-trials=1 'scenarios/{scenario}.yaml'",
+        "command": f"pytest --lpb-planners={planner} --lpb-seed={seed} 'scenarios/{scenario}.yaml'",
     }
 
 
 def _crash(record: dict[str, Any], kpis: Sequence[str]) -> None:
     record |= dict.fromkeys(kpis, math.nan)
-    record |= {"outcome": "worker_crash", "success": False, "steps": 0, "problem_hash": "", "message": "worker lost"}
+    record |= {
+        "outcome": "worker_crash",
+        "success": False,
+        "steps": 0,
+        "problem_hash": "",
+        "message": "worker lost",
+    }
 
 
 def run_info(scenarios: Sequence[str], planners: Sequence[str], seeds: int) -> dict[str, Any]:
@@ -248,7 +265,13 @@ def run_info(scenarios: Sequence[str], planners: Sequence[str], seeds: int) -> d
         },
         "scenarios": {name: {"file": f"scenarios/{name}.yaml", "hash": "ef" * 32} for name in scenarios},
         "packages": {"numpy": "2.4.6", "pytest-lpb": "0.1.0"},
-        "machine": {"cpu": "AMD EPYC", "cores": 2, "memory_gib": 7.8, "system": "Linux 6.1", "python": "3.11.9"},
+        "machine": {
+            "cpu": "AMD EPYC",
+            "cores": 2,
+            "memory_gib": 7.8,
+            "system": "Linux 6.1",
+            "python": "3.11.9",
+        },
         "git": {"commit": "360c25b" + "0" * 33, "dirty": True},
         "workers": 2,
     }

@@ -44,7 +44,7 @@ class PlanarCollision:
         return placed
 
     def clearance(self, capsules: Sequence[Capsule]) -> Clearance:
-        """Signed distance to the nearest obstacle [m], with the body's and the obstacle's name; NaN without obstacles."""
+        """Signed distance to the nearest obstacle [m] with the names of body and obstacle; NaN without obstacles."""
         nearest, nearest_body, nearest_obstacle = inf, -1, -1
         for body, (ax, ay, bx, by, radius) in enumerate(capsules):
             middle_x, middle_y = 0.5 * (ax + bx), 0.5 * (ay + by)

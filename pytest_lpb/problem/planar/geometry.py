@@ -20,9 +20,7 @@ def point_to_segment(px: float, py: float, ax: float, ay: float, bx: float, by: 
     return hypot(px - ax - s * dx, py - ay - s * dy)
 
 
-def segment_to_segment(
-    ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float
-) -> float:
+def segment_to_segment(ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float) -> float:
     """Signed distance between the segments ab and cd [m]: minus the penetration depth when they cross."""
     apart = min(
         point_to_segment(ax, ay, cx, cy, dx, dy),

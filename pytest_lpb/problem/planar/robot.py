@@ -47,7 +47,7 @@ class PlanarRobot(Robot):
 def integrate_holonomic(
     control: str, q: list[float], u: list[float], action: list[float], dt: float
 ) -> tuple[list[float], list[float]]:
-    """Exact motion of independent joints: q + u dt + a dt^2 / 2 under a constant acceleration, q + u dt under a velocity."""
+    """Exact motion of independent joints under a constant velocity, or a constant acceleration."""
     if control == "velocity":
         return [qi + ai * dt for qi, ai in zip(q, action, strict=True)], list(action)
     half = 0.5 * dt * dt

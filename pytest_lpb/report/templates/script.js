@@ -122,6 +122,11 @@
   }));
   if (kpiSelect) kpiSelect.addEventListener("change", () => { choose(kpiSelect.value); address.write("kpi", kpiSelect.value); });
   addEventListener("hashchange", () => { if (location.hash.includes("=")) restore(); });
+  // On a phone, rows become cards: each figure then needs its heading beside it.
+  all("table.cards").forEach((table) => {
+    const heads = all("thead th", table).map(headText);
+    all("tbody .num", table).forEach((cell) => { cell.dataset.label = heads[cell.cellIndex]; });
+  });
   document.documentElement.classList.add("js");
   restore();
 })();

@@ -82,9 +82,7 @@ def check_frames(goals: list[Goal], structure: Structure) -> Iterator[Fault]:
 def _position_frames(place: Loc, goal: PositionGoal, structure: Structure) -> Iterator[Fault]:
     for position, axis in enumerate(goal.axes or ()):
         if axis >= structure.dimension:
-            yield Fault(
-                (*place, "axes", position), f"found {axis}; allowed are 0 to {structure.dimension - 1}"
-            )
+            yield Fault((*place, "axes", position), f"found {axis}; allowed are 0 to {structure.dimension - 1}")
     if goal.point is not None and len(goal.point) != structure.dimension:
         yield Fault(
             (*place, "point"),

@@ -36,9 +36,7 @@ def check_shapes(obstacles: list[Obstacle], environment: Environment) -> Iterato
     allowed = AVAILABLE_SHAPES.get(environment.engine)
     for index, obstacle in enumerate(obstacles):
         if allowed and obstacle.shape not in allowed:
-            yield Fault(
-                ("obstacles", index, "shape"), wrong_shape(obstacle.shape, environment.engine, allowed)
-            )
+            yield Fault(("obstacles", index, "shape"), wrong_shape(obstacle.shape, environment.engine, allowed))
 
 
 def wrong_shape(shape: str, engine: str, allowed: Sequence[str]) -> str:

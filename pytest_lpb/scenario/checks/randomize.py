@@ -58,8 +58,7 @@ def check_goal(randomize: Randomize | None, goals: list[Goal]) -> Iterator[Fault
     if not isinstance(primary, PositionGoal):
         yield Fault(
             place,
-            f"a box is for a position, and the primary sub-goal is of type {primary.type}; "
-            "allowed: {q: ranges}",
+            f"a box is for a position, and the primary sub-goal is of type {primary.type}; allowed: {{q: ranges}}",
         )
     elif primary.target is not None and len(randomize.goal) != len(primary.target):
         yield Fault(
@@ -90,8 +89,7 @@ def _farthest(place: Loc, group: Group, duration: float) -> Iterator[Fault]:
     if reach > MAX_COORDINATE:
         yield Fault(
             (*place, "velocity"),
-            f"a drawn obstacle may go as far as {reach:.3g} m in {duration:g} s; "
-            f"allowed are {MAX_COORDINATE:g} m",
+            f"a drawn obstacle may go as far as {reach:.3g} m in {duration:g} s; allowed are {MAX_COORDINATE:g} m",
         )
 
 

@@ -17,15 +17,11 @@ def check_model(robot: Robot) -> Iterator[Fault]:
         yield Fault(("robot",), f"found {found} of model and urdf; exactly one is required")
         return
     if robot.urdf is not None and not AVAILABLE_URDF:
-        yield Fault(
-            ("robot", "urdf"), f"URDF robots are not available in this version; allowed: model {_models()}"
-        )
+        yield Fault(("robot", "urdf"), f"URDF robots are not available in this version; allowed: model {_models()}")
         return
     if robot.model not in AVAILABLE_MODELS:
         hint = suggestion(robot.model or "", AVAILABLE_MODELS)
-        yield Fault(
-            ("robot", "model"), f"{robot.model} is not available in this version{hint}; allowed: {_models()}"
-        )
+        yield Fault(("robot", "model"), f"{robot.model} is not available in this version{hint}; allowed: {_models()}")
         return
     yield from _check_keys(robot, MODELS[robot.model])
 
@@ -41,9 +37,7 @@ def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
             f"{robot.base} is not available for the model {robot.model}; allowed: {model.base}",
         )
     if "links" in model.keys and robot.links is None:
-        yield Fault(
-            ("robot", "links"), f"is missing; {robot.model} needs a count of links, or their lengths [m]"
-        )
+        yield Fault(("robot", "links"), f"is missing; {robot.model} needs a count of links, or their lengths [m]")
 
 
 def _models() -> str:
@@ -56,8 +50,7 @@ def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
     if allowed and robot.control not in allowed:
         yield Fault(
             ("robot", "control"),
-            f"{robot.control} is not available with the engine {environment.engine}; "
-            f"allowed: {listed(allowed)}",
+            f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",
         )
 
 
@@ -136,6 +129,4 @@ def _outside_limits(q: Sequence[float], robot: Robot) -> Iterator[Fault]:
     limits = (robot.limits.position if robot.limits else None) or []
     for index, (value, limit) in enumerate(zip(q, limits, strict=False)):
         if limit is not None and not limit[0] <= value <= limit[1]:
-            yield Fault(
-                ("start", "q", index), f"joint {index + 1}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]"
-            )
+            yield Fault(("start", "q", index), f"joint {index + 1}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]")

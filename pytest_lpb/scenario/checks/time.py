@@ -42,14 +42,11 @@ def check_steps(environment: Environment) -> Iterator[Fault]:
         nearest = max(round(steps), 1) * environment.dt
         yield Fault(
             place,
-            f"{environment.duration:g} s is not a multiple of dt = {environment.dt:g} s; "
-            f"the nearest is {nearest:g}",
+            f"{environment.duration:g} s is not a multiple of dt = {environment.dt:g} s; the nearest is {nearest:g}",
         )
 
 
-def check_rows(
-    environment: Environment, obstacles: list[Obstacle], randomize: Randomize | None
-) -> Iterator[Fault]:
+def check_rows(environment: Environment, obstacles: list[Obstacle], randomize: Randomize | None) -> Iterator[Fault]:
     """The number of obstacles, drawn ones included, and of their recorded positions is bounded."""
     drawn = sum(group.count[1] for group in (randomize.obstacles or ())) if randomize else 0
     total = len(obstacles) + drawn
@@ -57,8 +54,7 @@ def check_rows(
     if total > MAX_OBSTACLES:
         yield Fault(
             place,
-            f"{len(obstacles)} listed and up to {drawn} drawn obstacles; "
-            f"allowed are {MAX_OBSTACLES} in total",
+            f"{len(obstacles)} listed and up to {drawn} drawn obstacles; allowed are {MAX_OBSTACLES} in total",
         )
     rows = environment.duration / environment.dt + 1
     if rows * total > MAX_ROWS_OF_OBSTACLES:

@@ -21,9 +21,7 @@ class Environment(Part):
     end_at: Annotated[list[Ending], Distinct] = Field(
         default=["goal", "violation"], description="what ends a trial before its duration"
     )
-    safety_margin: Distance = Field(
-        default=0.05, description="[m] clearance below which near misses are counted"
-    )
+    safety_margin: Distance = Field(default=0.05, description="[m] clearance below which near misses are counted")
     dynamics: bool = Field(default=False, description="pybullet: simulate forces")
     gravity: Vector3 = Field(default=[0.0, 0.0, -9.81], description="[m/s^2]")
     prediction: Literal["none", "constant_velocity", "exact"] = Field(

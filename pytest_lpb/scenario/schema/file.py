@@ -24,9 +24,7 @@ REFUSED_TAGS = frozenset(
 
 def _selectable(tag: str) -> str:
     if tag in REFUSED_TAGS:
-        raise ValueError(
-            f"found {tag!r}; it means something to pytest itself: not allowed are {listed(REFUSED_TAGS)}"
-        )
+        raise ValueError(f"found {tag!r}; it means something to pytest itself: not allowed are {listed(REFUSED_TAGS)}")
     if tag in ("and", "or", "not") or tag.startswith("_"):
         raise ValueError(f"found {tag!r}; -m cannot select and, or, not, nor names with a leading underscore")
     return tag
@@ -41,9 +39,7 @@ class ScenarioFile(Part):
     version: Literal[1]
     description: Text = ""
     source: Text | None = Field(default=None, description="of a concrete problem: what it was drawn from")
-    tags: Annotated[list[Tag], Field(max_length=MAX_TAGS), Distinct] = Field(
-        default=[], description="pytest markers"
-    )
+    tags: Annotated[list[Tag], Field(max_length=MAX_TAGS), Distinct] = Field(default=[], description="pytest markers")
     robot: Robot
     environment: Environment = Environment()
     start: Start = Start()

@@ -38,9 +38,7 @@ Orientation = Annotated[
 class Placed(Part):
     """What every obstacle has; exactly one of position, trajectory and spline."""
 
-    name: Name | None = Field(
-        default=None, description="default obstacle0, obstacle1, ... by position in the file"
-    )
+    name: Name | None = Field(default=None, description="default obstacle0, obstacle1, ... by position in the file")
     position: Vector | None = Field(default=None, description="of the centre [m]")
     trajectory: Trajectory | None = Field(default=None, description="expressions in t")
     spline: Spline | None = Field(default=None, description="rows [t, x, y, ...]")

@@ -31,12 +31,7 @@ Number = Annotated[int, Field(ge=0, le=MAX_OBSTACLES)]
 def _counts(value: Any) -> Any:
     if isinstance(value, int) and not isinstance(value, bool):
         value = [value, value]
-    if (
-        isinstance(value, list)
-        and len(value) == 2
-        and all(type(item) is int for item in value)
-        and value[0] > value[1]
-    ):
+    if isinstance(value, list) and len(value) == 2 and all(type(item) is int for item in value) and value[0] > value[1]:
         raise ValueError(f"found {value}; the lower bound comes first")
     return value
 
@@ -50,12 +45,8 @@ class Group(Part):
         BeforeValidator(_counts, json_schema_input_type=Number | list[Number]),
     ] = Field(description="how many: a number, or [fewest, most]")
     position: Box = Field(description="[lower, upper] per coordinate [m]")
-    velocity: Box | None = Field(
-        default=None, description="[lower, upper] per coordinate [m/s]; default at rest"
-    )
-    orientation: Range | None = Field(
-        default=None, description="[lower, upper] in the plane [rad]; default 0"
-    )
+    velocity: Box | None = Field(default=None, description="[lower, upper] per coordinate [m/s]; default at rest")
+    orientation: Range | None = Field(default=None, description="[lower, upper] in the plane [rad]; default 0")
 
 
 class RoundGroup(Group):
@@ -101,9 +92,7 @@ def _as_list(value: Any) -> Any:
 
 
 AnyGroup = Annotated[
-    Annotated[RoundGroup, Tag("(round)")]
-    | Annotated[BoxGroup, Tag("(sides)")]
-    | Annotated[LongGroup, Tag("(long)")],
+    Annotated[RoundGroup, Tag("(round)")] | Annotated[BoxGroup, Tag("(sides)")] | Annotated[LongGroup, Tag("(long)")],
     Discriminator(_group_tag),
 ]
 Groups = Annotated[
@@ -122,7 +111,5 @@ class Randomize(Part):
         default=None, description="a box for the primary position, or {q: ranges} for reachable targets"
     )
     obstacles: Groups | None = Field(default=None, description="one group, or a list")
-    keep_obstacles: bool = Field(
-        default=True, description="whether the listed obstacles stay beside drawn ones"
-    )
+    keep_obstacles: bool = Field(default=True, description="whether the listed obstacles stay beside drawn ones")
     margin: Distance = Field(default=0.05, description="[m] free space around the robot at start and goal")

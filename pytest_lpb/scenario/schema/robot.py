@@ -59,9 +59,7 @@ class CollisionSpheres(Part):
     spheres: Annotated[dict[Name, list[Sphere]], Field(max_length=MAX_LINKS)] | None = Field(
         default=None, description="per link a list of [x, y, z, r] in the link's frame [m]"
     )
-    link_spheres: Length | None = Field(
-        default=None, description="radius [m] of one sphere or disc at each link frame"
-    )
+    link_spheres: Length | None = Field(default=None, description="radius [m] of one sphere or disc at each link frame")
 
 
 class Limits(Part):
@@ -69,9 +67,7 @@ class Limits(Part):
 
     position: LimitList | None = Field(default=None, description="[lower, upper] per q [rad or m]")
     velocity: LimitList | None = Field(default=None, description="[lower, upper] per action [rad/s or m/s]")
-    acceleration: LimitList | None = Field(
-        default=None, description="[lower, upper] per action [rad/s^2 or m/s^2]"
-    )
+    acceleration: LimitList | None = Field(default=None, description="[lower, upper] per action [rad/s^2 or m/s^2]")
 
 
 def _collision_form(value: Any) -> str:
@@ -87,14 +83,10 @@ Collision = Annotated[
 class Robot(Part):
     """The robot: a model known by name, or a URDF file."""
 
-    model: Name | None = Field(
-        default=None, description="point, planar_arm, differential_drive, or a URDF model"
-    )
+    model: Name | None = Field(default=None, description="point, planar_arm, differential_drive, or a URDF model")
     urdf: Text | None = Field(default=None, description="path of a URDF file, in place of model")
     name: Name | None = Field(default=None, description="key for a planner's per_robot parameters")
-    links: Links | None = Field(
-        default=None, description="planar_arm: a count of 1 m links, or their lengths [m]"
-    )
+    links: Links | None = Field(default=None, description="planar_arm: a count of 1 m links, or their lengths [m]")
     joints: Annotated[list[Name], Field(min_length=1, max_length=MAX_LINKS), Distinct] | None = Field(
         default=None, description="URDF: planned joints in the order of q"
     )

@@ -82,6 +82,4 @@ def _reason_alone(value: Any) -> Any:
     return {"reason": value} if isinstance(value, str) else value
 
 
-XFail = Annotated[
-    ExpectedFailure, BeforeValidator(_reason_alone, json_schema_input_type=str | ExpectedFailure)
-]
+XFail = Annotated[ExpectedFailure, BeforeValidator(_reason_alone, json_schema_input_type=str | ExpectedFailure)]

@@ -84,9 +84,7 @@ LengthRange = Annotated[
 ]
 Box = Annotated[list[Range], Field(min_length=1, max_length=300)]
 Expression = Annotated[str, AfterValidator(refused(parse_expression))]
-Coordinates = Annotated[
-    Expression, BeforeValidator(_number_as_text, json_schema_input_type=Expression | float)
-]
+Coordinates = Annotated[Expression, BeforeValidator(_number_as_text, json_schema_input_type=Expression | float)]
 Trajectory = Annotated[list[Coordinates], Field(min_length=1, max_length=300)]
 SplineRow = Annotated[list[Coordinate], Field(min_length=2, max_length=301)]
 Spline = Annotated[list[SplineRow], Field(min_length=2, max_length=10_000)]
@@ -112,9 +110,7 @@ def parse_criterion(text: str) -> Criterion:
     """
     match = CRITERION.fullmatch(text.strip())
     if not match or abs(number := float(match[2])) > 1e300:
-        raise ScenarioError(
-            f"found {described(text)}; a criterion is < <= > or >= and a number, such as '>= 0.02'"
-        )
+        raise ScenarioError(f"found {described(text)}; a criterion is < <= > or >= and a number, such as '>= 0.02'")
     return Criterion(match[1], number)
 
 
