@@ -18,7 +18,7 @@ from pytest_lpb.environment.spaces import action_space, observation_space
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.scenario.draw import draw_problem, largest_obstacle_count
+from pytest_lpb.scenario.draw import draw_problem, obstacle_counts
 from pytest_lpb.scenario.load import Scenario, load_scenario
 
 Observations = dict[str, Any]
@@ -58,10 +58,12 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._reuse = reuse_observations
         self._window: Any = None
         self._capacity: int | None = None
+        self._padded = False
         self.engine: Engine | None = None
         first = problem if problem is not None else self._draw(None)
         if self.scenario is not None:
-            self._capacity = largest_obstacle_count(self.scenario)
+            fewest, self._capacity = obstacle_counts(self.scenario)
+            self._padded = fewest < self._capacity
         self._load(first)
         self.action_space: Any = action_space(first)  # a Box; gymnasium declares a wider type
         self.observation_space = observation_space(self._observation.views)
@@ -78,7 +80,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         capacity = len(problem.obstacles) if self._capacity is None else self._capacity
         self.engine = engine_for(problem)
         self._limits = ActionLimits(problem.robot, problem.dt)
-        self._observation = Observation(problem, self._preview, capacity)
+        self._observation = Observation(problem, self._preview, capacity, padded=self._padded)
 
     def _restart(self) -> None:
         """Back to row 0 of the loaded problem."""
@@ -110,14 +112,18 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         """Start a trial.
 
         Args:
-            seed: sets up problem `seed` of the scenario; without it the next problem is drawn at random.
-            options: `{"problem": Problem}` sets up that one.
+            seed: sets up problem `seed` of the scenario; without it the first reset sets up the scenario's own
+                seed, and the next problems are drawn at random.
+            options: `{"problem": Problem}` sets up that one; it must fit the spaces.
+
+        Raises LpbError for a problem that does not fit, and after `close`.
         """
-        first = self.np_random_seed is None if seed is None else False
+        self.running_engine  # noqa: B018 - raises when closed
+        first = self._np_random_seed is None  # the property of that name would draw one
         super().reset(seed=seed)
         given = (options or {}).get("problem")
         if given is not None:
-            self._load(given)
+            self._load(self._fitting(given))
         elif self.scenario is not None:
             if seed is None:
                 seed = self.scenario.seed if first else int(self.np_random.integers(2**31))
@@ -147,12 +153,33 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._render_if_human()
         return self.observe(), reward, self.terminated, self.truncated, self._info()
 
+    def _fitting(self, problem: Any) -> Problem:
+        """A problem given by the user. Raises LpbError unless actions and observations keep their shapes."""
+        if not isinstance(problem, Problem):
+            raise LpbError(f"options: problem: found {problem!r}; a pytest_lpb.Problem is needed")
+        capacity = len(problem.obstacles) if self._capacity is None else self._capacity
+        if len(problem.obstacles) > capacity:
+            raise LpbError(
+                f"options: problem: it has {len(problem.obstacles)} obstacles; this environment has room for {capacity}"
+            )
+        views = Observation(problem, self._preview, capacity, padded=self._padded).views
+        if observation_space(views) != self.observation_space or action_space(problem) != self.action_space:
+            raise LpbError(
+                "options: problem: its observations or actions differ from this environment's; make one for it"
+            )
+        return problem
+
     def _checked(self, action: NDArray[np.float64] | list[float]) -> list[float]:
-        values: list[float] = action if isinstance(action, list) else np.asarray(action, dtype=float).tolist()
-        if not isinstance(values, list) or len(values) != self.problem.robot.n_actions:
-            raise LpbError(f"action {action!r} must have shape ({self.problem.robot.n_actions},)")
-        if not all(map(isfinite, values)):
-            raise LpbError(f"action {values} must be finite")
+        size = self.problem.robot.n_actions
+        try:
+            values: list[float] = (
+                action if isinstance(action, list) else np.asarray(action, dtype=float).tolist()
+            )
+            finite = len(values) == size and all(map(isfinite, values))
+        except (TypeError, ValueError):
+            finite = False
+        if not finite:
+            raise LpbError(f"action {action!r} must be {size} finite numbers")
         return values
 
     def _observe_row(self, engine: Engine) -> None:

@@ -7,13 +7,14 @@ from math import inf, isfinite
 from pytest_lpb.problem.robot import Robot
 
 POSITION_SLACK = 1e-9  # [rad or m] beyond a position limit before it counts as violated
+_ROUNDING = 1e-12  # relative slack of velocity limits: a robot that coasts at its limit is not limited
 
 
 class ActionLimits:
     """Velocity and acceleration limits of the actuated velocities, as scalars for the trial loop.
 
     Under acceleration control the action is clipped to the acceleration limits, then reduced so that the velocity
-    stays within its limits at the end of the step. Under velocity control the action is clipped to the velocity
+    stays within its limits at the end of the step, as far as the acceleration limits allow. Under velocity control the action is clipped to the velocity
     limits, then its change to what the acceleration limits allow within a step.
     """
 
@@ -38,10 +39,10 @@ class ActionLimits:
         ):
             a = min(max(a, lowest), highest)
             after = v + a * dt
-            if after > fastest:
-                a = (fastest - v) / dt
-            elif after < slowest:
-                a = (slowest - v) / dt
+            if after > fastest + _ROUNDING * abs(fastest):
+                a = max((fastest - v) / dt, lowest)
+            elif after < slowest - _ROUNDING * abs(slowest):
+                a = min((slowest - v) / dt, highest)
             applied.append(a)
         return applied
 

@@ -37,9 +37,12 @@ class Observation:
         problem: the concrete problem.
         preview: what the planner wants to see of the future, or None.
         capacity: rows of the obstacle arrays; those beyond the problem's obstacles stay zero.
+        padded: whether to say which rows are obstacles, in `obstacle_present`: 1.0, others 0.0.
     """
 
-    def __init__(self, problem: Problem, preview: Preview | None, capacity: int) -> None:
+    def __init__(
+        self, problem: Problem, preview: Preview | None, capacity: int, *, padded: bool = False
+    ) -> None:
         self._problem = problem
         self._buffers: dict[str, FloatArray] = {}
         robot = problem.robot
@@ -54,6 +57,8 @@ class Observation:
             source = f"goal_{problem.primary.name}" + ("" if suffix == "position" else f"_{suffix}")
             self._alias(f"goal_{suffix}", source)
         self._add_obstacles(capacity)
+        if padded:
+            self._buffer("obstacle_present", (capacity,))[: len(problem.obstacles)] = 1.0
         self._previews: list[tuple[FloatArray, Predictor, FloatArray, FloatArray]] = []
         if preview is not None:
             self._add_previews(preview)

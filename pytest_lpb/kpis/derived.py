@@ -14,8 +14,8 @@ from pytest_lpb.trajectory import FloatArray, Trajectory
 
 T = TypeVar("T")
 
-# Beyond this a simulation has diverged; such rows count as NaN, since their squares would overflow to inf.
-DIVERGED = 1e90
+# Beyond this a simulation has diverged; such rows count as NaN, since their fourth powers would overflow.
+DIVERGED = 1e60
 
 
 def once(function: Callable[[Trajectory], T]) -> Callable[[Trajectory], T]:

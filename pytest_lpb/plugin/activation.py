@@ -106,7 +106,7 @@ def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
 
 
 def _ini_folder(config: pytest.Config) -> Path:
-    return (config.inipath or config.rootpath / "pytest.ini").parent
+    return Path(config.inipath).parent if config.inipath else config.rootpath
 
 
 def _planner_folders(config: pytest.Config) -> list[Path]:

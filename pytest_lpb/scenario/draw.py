@@ -33,13 +33,14 @@ def parts_drawn(scenario: Scenario, flags: Iterable[str] = ()) -> tuple[str, ...
     return tuple(part for part in PARTS if part in wanted and scenario.randomize.get(part) is not None)
 
 
-def largest_obstacle_count(scenario: Scenario, flags: Iterable[str] = ()) -> int:
-    """Most obstacles that a problem of this scenario can have."""
+def obstacle_counts(scenario: Scenario, flags: Iterable[str] = ()) -> tuple[int, int]:
+    """Fewest and most obstacles that a problem of this scenario can have."""
     listed = len(scenario.concrete["obstacles"])
     if "obstacles" not in parts_drawn(scenario, flags):
-        return listed
-    drawn: int = sum(group["count"][1] for group in scenario.randomize["obstacles"])
-    return drawn + (listed if scenario.keep_obstacles else 0)
+        return listed, listed
+    kept = listed if scenario.keep_obstacles else 0
+    counts = [group["count"] for group in scenario.randomize["obstacles"]]
+    return kept + sum(fewest for fewest, _ in counts), kept + sum(most for _, most in counts)
 
 
 def draw_problem(scenario: Scenario, seed: int, flags: Iterable[str] = (), name: str | None = None) -> Problem:
@@ -131,6 +132,8 @@ class _Draw:
                 q = stream.uniform(ranges["q"])
                 if not self._space.free(q, self._scenario.margin):
                     continue
+                if not self._aligned(q):
+                    continue
                 self._aim_at(q)
                 self._goal_configurations = [np.array(q)]
                 return
@@ -148,6 +151,15 @@ class _Draw:
         for entry, sub_goal in zip(self.entry["goal"], self._goal(), strict=True):
             if sub_goal.type != "alignment":
                 _fix_target(entry, sub_goal.value(q, frames))
+
+    def _aligned(self, q: list[float]) -> bool:
+        """Whether q meets the alignments that are required: they have no target that could be put there."""
+        frames = self._robot.frames(q)
+        return all(
+            sub_goal.distance(sub_goal.value(q, frames), [0.0]) <= sub_goal.tolerance
+            for sub_goal in self._goal()
+            if sub_goal.type == "alignment" and sub_goal.tolerance is not None
+        )
 
     def _set_primary(self, target: list[float]) -> None:
         _fix_target(next(entry for entry in self.entry["goal"] if entry["primary"]), target)

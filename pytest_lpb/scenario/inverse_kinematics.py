@@ -73,7 +73,8 @@ def _solve(
         if largest > _MAX_STEP and not unbounded:
             step *= _MAX_STEP / largest
         q = np.clip(q + step, limits[:, 0], limits[:, 1])
-    return None
+    # What is at the edge of the workspace may be within tolerance without being well within it.
+    return q if _worst(robot, goal, targets, q, share=1.0) <= 0.0 else None
 
 
 def _residual(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> FloatArray:
@@ -87,11 +88,17 @@ def _residual(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[Flo
     return np.concatenate(parts)
 
 
-def _worst(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> float:
+def _worst(
+    robot: PlanarRobot,
+    goal: Sequence[SubGoal],
+    targets: Sequence[FloatArray],
+    q: FloatArray,
+    share: float = 0.5,
+) -> float:
     """Largest excess of a sub-goal's error over its share of the tolerance; not positive: reached."""
     frames = robot.frames(q.tolist())
     worst = -inf
     for sub_goal, target in zip(goal, targets, strict=True):
         error = sub_goal.distance(sub_goal.value(q.tolist(), frames), target.tolist())
-        worst = max(worst, error - 0.5 * (sub_goal.tolerance or 0.0))
+        worst = max(worst, error - share * (sub_goal.tolerance or 0.0))
     return worst

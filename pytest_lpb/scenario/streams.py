@@ -18,8 +18,8 @@ class Stream:
     """Numbers in [0, 1) for one part of one problem: PCG64(SeedSequence of seed, part, hash of its ranges).
 
     A list of groups has one stream per group, so that one group's redraws do not shift the next: all but the first add
-    their index to the sequence. Only `Generator.random` is used, the one stream that
-    NumPy has never changed.
+    their index to the sequence. Only `Generator.random` is used:
+    other distributions may change between versions of NumPy.
     """
 
     def __init__(self, seed: int, part: str, ranges: Any, index: int = 0) -> None:

@@ -49,6 +49,7 @@ def write_once(path: Path, content: bytes) -> Path:
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(content)
+            Path(name).chmod(0o644)  # mkstemp lets nobody else read it
             with contextlib.suppress(FileExistsError):
                 # A hard link fails where a file is, so the first writer wins; a rename would replace it.
                 _link_or_rename(name, path)

@@ -106,10 +106,11 @@ def _steps(log: Log, environment: ScenarioEnvironment, planner: Planner, every: 
 
 def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> list[float]:
     """One call of the planner, timed; its action as finite numbers."""
+    seen = dict(observation)  # what a planner puts into or takes out of it is not there at the next call
     cpu_started = thread_time_ns()
     started = perf_counter_ns()
     try:
-        result = planner.compute_action(observation)
+        result = planner.compute_action(seen)
     except Infeasible:
         raise
     except (Exception, SystemExit) as error:
@@ -121,8 +122,23 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
         log.call_row.append(row)
         log.call_wall_ns.append(ended - started)
         log.call_cpu_ns.append(cpu_ended - cpu_started)
-        log.diagnostics.append(dict(planner.diagnostics) if planner.diagnostics else {})
+        log.diagnostics.append({})
+    if planner.diagnostics:
+        log.diagnostics[-1] = checked_diagnostics(planner.diagnostics)
     return checked_action(result, size)
+
+
+def checked_diagnostics(diagnostics: Any) -> dict[str, float]:
+    """A planner's diagnostics with floats for values. Raises PlannerError for what is not a number by name."""
+    try:
+        checked = {key: float(value) for key, value in diagnostics.items()}
+        if not all(isinstance(key, str) for key in checked):
+            raise TypeError("its keys must be text")
+    except (AttributeError, TypeError, ValueError) as error:
+        raise PlannerError(
+            f"self.diagnostics is {_short(diagnostics)}, which is no dict[str, float]: {error}"
+        ) from None
+    return checked
 
 
 def checked_action(result: Any, size: int) -> list[float]:
@@ -131,14 +147,15 @@ def checked_action(result: Any, size: int) -> list[float]:
     Raises PlannerError when it is not an array of shape (size,) of finite real numbers.
     """
     if not (isinstance(result, np.ndarray) and result.dtype == np.float64):
+        given = result
         try:
-            result = np.asarray(result)
+            result = np.asarray(given)
             if result.dtype.kind not in "fiu":
                 raise TypeError(f"its elements are {result.dtype}")
             result = result.astype(np.float64)
         except (TypeError, ValueError) as error:
             raise PlannerError(
-                f"compute_action returned {_short(result)}, which is no array of real numbers: {error}"
+                f"compute_action returned {_short(given)}, which is no array of real numbers: {error}"
             ) from None
     if result.shape != (size,):
         raise PlannerError(f"compute_action returned an array of shape {result.shape}; expected ({size},)")

@@ -38,7 +38,6 @@ def _actuated_unit(problem: Problem, index: int) -> str:
 
 
 def _goal_unit(column: str, problem: Problem) -> str:
-    for goal in problem.goal:
-        if column.startswith(f"goal_{goal.name}_"):
-            return goal.unit
-    return ""
+    # Of `reach` and `reach_angle` the column goal_reach_angle_0 belongs to the longer one.
+    owners = [goal for goal in problem.goal if column.startswith(f"goal_{goal.name}_")]
+    return max(owners, key=lambda goal: len(goal.name)).unit if owners else ""

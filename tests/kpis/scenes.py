@@ -74,9 +74,7 @@ def reaching(dt: float, place: Placement = ORIGIN) -> Trajectory:
     )
     problem.certified_path_length_m = 3.3
     columns = {**_timing(len(t)), "self_clearance_m": 0.3 + 0.1 * np.cos(t)}
-    return make_trial(
-        problem, place.of(path), qd=place.turned(velocity), action=action, columns=columns, period_s=0.1
-    )
+    return make_trial(problem, place.of(path), qd=place.turned(velocity), action=action, columns=columns, period_s=0.1)
 
 
 def following(dt: float, place: Placement = ORIGIN) -> Trajectory:

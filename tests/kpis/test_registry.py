@@ -70,9 +70,7 @@ def test_what_is_no_function_is_refused() -> None:
 def test_the_same_name_from_another_function_names_both_places() -> None:
     registry = Registry()
     register(registry)
-    with pytest.raises(
-        KpiError, match=r"'mine' is defined twice: at .*test_registry.py:\d+ and at .*:\d+"
-    ) as error:
+    with pytest.raises(KpiError, match=r"'mine' is defined twice: at .*test_registry.py:\d+ and at .*:\d+") as error:
         registry.kpi("mine", "1", "lower", "all")(one)
     assert str(error.value).count("test_registry.py") == 2
     assert [entry.function for entry in registry] == [zero]
@@ -80,8 +78,7 @@ def test_the_same_name_from_another_function_names_both_places() -> None:
 
 def test_a_module_imported_again_replaces_its_kpis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "lpb_own_kpis.py").write_text(
-        "from pytest_lpb import kpi\n\n\n@kpi('own_m', 'm', 'lower', 'all')\n"
-        "def own(trajectory):\n    return 1.0\n"
+        "from pytest_lpb import kpi\n\n\n@kpi('own_m', 'm', 'lower', 'all')\ndef own(trajectory):\n    return 1.0\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
     with default_registry.preserved() as registry:
@@ -139,8 +136,7 @@ def test_builtin_kpis_come_first_whatever_is_imported_first() -> None:
 
 def test_scipy_is_imported_only_when_a_kpi_needs_it() -> None:
     code = (
-        "import sys\nfrom pytest_lpb.kpis.registry import load_builtin\n"
-        "load_builtin()\nprint('scipy' in sys.modules)"
+        "import sys\nfrom pytest_lpb.kpis.registry import load_builtin\nload_builtin()\nprint('scipy' in sys.modules)"
     )
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert output.strip() == "False"

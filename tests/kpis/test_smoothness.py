@@ -47,9 +47,7 @@ def test_spectral_arc_length_agrees_with_the_published_algorithm(speed: list[flo
 @given(st.floats(0.01, 100.0))
 def test_both_ignore_the_scale_of_the_speed(scale: float) -> None:
     assert spectral_arc_length(scale * bell(), 100.0) == pytest.approx(spectral_arc_length(bell(), 100.0))
-    assert log_dimensionless_jerk(scale * bell(), 100.0) == pytest.approx(
-        log_dimensionless_jerk(bell(), 100.0)
-    )
+    assert log_dimensionless_jerk(scale * bell(), 100.0) == pytest.approx(log_dimensionless_jerk(bell(), 100.0))
 
 
 def test_tremor_is_less_smooth() -> None:

@@ -130,8 +130,8 @@ def _recorded(
     clearances: Sequence[tuple[float, str, str]],
 ) -> Trajectory:
     rows, actions = len(q), problem.robot.n_actions
-    t: Array = np.arange(rows) * problem.dt
-    qd: Array = np.asarray(np.gradient(q, problem.dt, axis=0)) if rows > 1 else np.zeros_like(q)
+    t = np.arange(rows).astype(np.float64) * problem.dt
+    qd = (np.gradient(q, problem.dt, axis=0) if rows > 1 else np.zeros_like(q)).astype(np.float64)
     noise = np.random.default_rng(rows)
     columns: dict[str, NDArray[Any]] = {"t": t, "goal_reach_error": errors}
     columns |= {f"q{i}": q[:, i] for i in range(q.shape[1])} | {f"qd{i}": qd[:, i] for i in range(q.shape[1])}

@@ -70,9 +70,7 @@ def test_derivatives_at_zero(text: str, at_zero: tuple[float, float, float]) -> 
 def smooth(children: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     """Expressions that are smooth and of moderate size, of smaller ones."""
     return st.one_of(
-        st.tuples(children, st.sampled_from(["+", "-", "*"]), children).map(
-            lambda p: f"({p[0]} {p[1]} {p[2]})"
-        ),
+        st.tuples(children, st.sampled_from(["+", "-", "*"]), children).map(lambda p: f"({p[0]} {p[1]} {p[2]})"),
         children.map(lambda a: f"sin({a})"),
         children.map(lambda a: f"cos({a})"),
         children.map(lambda a: f"exp(-({a})**2)"),

@@ -32,9 +32,7 @@ def working_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def faults(**changes: str | None) -> tuple[str, ...]:
     """What is wrong with the base scenario after replacing, adding or (None) removing parts."""
     parts = {**PARTS, **changes}
-    Path("x.yaml").write_text(
-        "".join(f"{name}: {text}\n" for name, text in parts.items() if text is not None)
-    )
+    Path("x.yaml").write_text("".join(f"{name}: {text}\n" for name, text in parts.items() if text is not None))
     with pytest.raises(ScenarioError) as caught:
         load_scenario(Path("x.yaml"))
     return caught.value.faults
@@ -145,7 +143,9 @@ def test_environment(text: str, message: str) -> None:
 
 
 REACH = "{name: reach, type: position, link: end, target: [2, 1], tolerance: 0.1}"
-POSITION_KEYS = "axes, link, name, periodic, point, primary, relative_to, spline, target, tolerance, trajectory, type, weight"
+POSITION_KEYS = (
+    "axes, link, name, periodic, point, primary, relative_to, spline, target, tolerance, trajectory, type, weight"
+)
 
 
 @pytest.mark.parametrize(
@@ -307,9 +307,7 @@ def test_missing_parts() -> None:
 
 def test_the_last_seed_is_in_range_too() -> None:
     found = faults(seed=str(2**63 - 1), trials="2")
-    assert found == (
-        f"x.yaml:7: seed: 2 trials from seed {2**63 - 1} go beyond the largest seed, {2**63 - 1}",
-    )
+    assert found == (f"x.yaml:7: seed: 2 trials from seed {2**63 - 1} go beyond the largest seed, {2**63 - 1}",)
 
 
 def test_faults_of_all_parts_come_at_once_in_the_order_of_lines() -> None:
@@ -349,12 +347,8 @@ def test_lines_of_nested_keys() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    "value", ["null", "5", "text", "[]", "[[]]", "{}", "{a: 1}", "[null]", "[{}]", "true", ".nan"]
-)
-@pytest.mark.parametrize(
-    "part", [*PARTS, "randomize", "success", "xfail", "tags", "seed", "trials", "description"]
-)
+@pytest.mark.parametrize("value", ["null", "5", "text", "[]", "[[]]", "{}", "{a: 1}", "[null]", "[{}]", "true", ".nan"])
+@pytest.mark.parametrize("part", [*PARTS, "randomize", "success", "xfail", "tags", "seed", "trials", "description"])
 def test_no_value_of_a_part_breaks_loading(part: str, value: str) -> None:
     parts: dict[str, Any] = {**PARTS, part: value}
     Path("x.yaml").write_text("".join(f"{name}: {text}\n" for name, text in parts.items()))

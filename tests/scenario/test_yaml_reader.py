@@ -184,12 +184,7 @@ plain_text = st.text(st.characters(codec="utf-8"), max_size=300)
 awkward_text = st.sampled_from(
     ["1e-3", "on", "012", "0x1F", "0o7", "1.", "~", ".inf", "null", "=", "<<", "- a", "a: b", "#"]
 )
-scalars = (
-    st.none()
-    | st.booleans()
-    | st.integers(-(10**20), 10**20)
-    | st.floats(allow_nan=False, allow_infinity=False)
-)
+scalars = st.none() | st.booleans() | st.integers(-(10**20), 10**20) | st.floats(allow_nan=False, allow_infinity=False)
 values = st.recursive(
     scalars | plain_text | awkward_text,
     lambda children: st.lists(children, max_size=4) | st.dictionaries(keys, children, max_size=4),
@@ -207,10 +202,6 @@ def test_written_data_is_read_back_exactly(data: dict[str, Any]) -> None:
     assert same(read_yaml(dump_yaml(data).encode(), "x").data, data)
 
 
-@given(
-    st.dictionaries(
-        st.sampled_from("abc"), st.lists(st.floats(allow_nan=False, allow_infinity=False)), min_size=1
-    )
-)
+@given(st.dictionaries(st.sampled_from("abc"), st.lists(st.floats(allow_nan=False, allow_infinity=False)), min_size=1))
 def test_json_numbers_are_read_back_exactly(data: dict[str, list[float]]) -> None:
     assert same(read_yaml(json.dumps(data).encode(), "x").data, data)

@@ -15,6 +15,7 @@ from pytest_lpb.problem.robot import CollisionBody, FloatArray
 # Gauss-Legendre nodes: exact to rounding while the heading changes by at most MAX_TURN within a piece.
 _NODES = tuple(zip(*(array.tolist() for array in np.polynomial.legendre.leggauss(8)), strict=True))
 _MAX_TURN = 0.5  # [rad]
+_MAX_PIECES = 1000  # a planner that diverges must not stop the clock: beyond, a step is not resolved
 _STRAIGHT = 1e-4  # [rad] below this turn sin(x)/x is taken from its series
 
 
@@ -59,9 +60,12 @@ class DifferentialDrive(PlanarRobot):
         """State after dt [s]: an arc under a constant (v, w), a generalised clothoid under constant (dv, dw)."""
         if self.control == "velocity":
             return _arc(q, action[0], action[1], dt), list(action)
+        after = [u[0] + action[0] * dt, u[1] + action[1] * dt]
+        if not any(action):
+            return _arc(q, u[0], u[1], dt), after
         turn = abs(u[1]) * dt + abs(action[1]) * dt * dt
-        moved = _clothoid(q, u, action, dt, max(1, ceil(turn / _MAX_TURN))) if action[1] or action[0] else None
-        return moved or _arc(q, u[0], u[1], dt), [u[0] + action[0] * dt, u[1] + action[1] * dt]
+        pieces = max(1, ceil(min(turn / _MAX_TURN, _MAX_PIECES)))
+        return _clothoid(q, u, action, dt, pieces), after
 
     def action_map(self, q: ArrayLike) -> FloatArray:
         """B with qd = B u, (3, 2)."""

@@ -1,0 +1,71 @@
+"""The examples in README and docs/ run as they stand there."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(page: str, language: str) -> list[str]:
+    return [text for kind, text in BLOCK.findall((ROOT / page).read_text("utf-8")) if kind == language]
+
+
+@pytest.fixture
+def repository(pytester: pytest.Pytester) -> pytest.Pytester:
+    """A planner repository with README's planner and scenario."""
+    pytester.makepyfile(my_planner=blocks("README.md", "python")[0])
+    pytester.mkdir("planners")
+    (pytester.path / "planners/mine.yaml").write_text("planner: my_planner:TowardsGoal\n", "utf-8")
+    (pytester.path / "scenarios/point").mkdir(parents=True)
+    (pytester.path / "scenarios/disc.yaml").write_text(blocks("README.md", "yaml")[0], "utf-8")
+    return pytester
+
+
+def test_readme_planner_and_scenario(repository: pytest.Pytester) -> None:
+    toml = blocks("README.md", "toml")[0]
+    (repository.path / "pyproject.toml").write_text(toml, "utf-8")
+    result = repository.runpytest_subprocess("-rA")
+    result.stdout.fnmatch_lines(["*scenarios/disc.yaml::mine::seed0*"])
+    result.assert_outcomes(passed=1)
+
+
+def test_readme_commands_are_the_ones_ci_runs() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    commands = re.findall(r"^    (pip install -e .*)$", text, re.MULTILINE)
+    assert commands == [
+        "pip install -e '.[test]' && pytest --lpb-planners=pd,potential_field -n 2 scenarios/",
+        "pip install -e '.[test]' && pytest",
+    ]
+
+
+def test_planner_file(repository: pytest.Pytester) -> None:
+    (repository.path / "planners/mine.yaml").write_text(blocks("docs/extending.md", "yaml")[0], "utf-8")
+    repository.runpytest_subprocess("--lpb-planners=mine").assert_outcomes(passed=1)
+
+
+def test_kpi_and_plot(repository: pytest.Pytester) -> None:
+    kpi, plot, _ = blocks("docs/extending.md", "python")
+    repository.makepyfile(my_plugins=f"{kpi}\n{plot}")
+    repository.makeini("[pytest]\nlpb_plugins = my_plugins\n")
+    repository.runpytest_subprocess("--lpb-planners=mine").assert_outcomes(passed=1)
+    assert ",height_max_m" in (repository.path / "reports/latest/trials.csv").read_text("utf-8")
+    result = repository.run("lpb-report", "reports/latest", "--plot", "height")
+    assert result.ret == 0
+    assert list((repository.path / "reports/latest/plots").rglob("*.png"))
+
+
+@pytest.mark.parametrize("page", ["docs/extending.md", "docs/environment.md", "docs/reports.md"])
+def test_script(page: str, repository: pytest.Pytester) -> None:
+    scenario = repository.path / "scenarios/point/two_circles.yaml"
+    shutil.copy(ROOT / "scenarios/point/two_circles.yaml", scenario)
+    repository.runpytest_subprocess("--lpb-planners=mine", "--lpb-assert=none").assert_outcomes(passed=2)
+    script = repository.makepyfile(example=blocks(page, "python")[-1])
+    result = repository.runpython(script)
+    assert result.ret == 0
+    assert result.outlines, "the example prints what it found"
