@@ -108,8 +108,8 @@ class PotentialField(Planner):
         total: FloatArray = np.zeros(len(observation["u"]))
         if distance.min() >= parameters.influence:
             return total
-        distance = np.maximum(distance, parameters.closest)
-        pushes = firas(distance, parameters.repulsion, parameters.influence) * points.nearest(distance)
+        bounded = np.maximum(distance, parameters.closest)
+        pushes = firas(bounded, parameters.repulsion, parameters.influence) * points.nearest(distance)
         forces = (pushes[:, :, None] * away).sum(axis=1)
         active = pushes.any(axis=1)
         jacobians = self._task.actuation.per_input(jacobians[active], q)

@@ -106,7 +106,8 @@ def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
 
 
 def _ini_folder(config: pytest.Config) -> Path:
-    return Path(config.inipath).parent if config.inipath else config.rootpath
+    folder: Path = config.inipath.parent if config.inipath else config.rootpath
+    return folder
 
 
 def _planner_folders(config: pytest.Config) -> list[Path]:
@@ -121,7 +122,7 @@ def _reports_folder(config: pytest.Config) -> Path:
     if option:
         return Path(config.invocation_params.dir, option)
     if ini:
-        return _ini_folder(config) / ini
+        return Path(_ini_folder(config), ini)
     return Path(config.invocation_params.dir, "reports")
 
 

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from pytest_lpb.errors import LpbError
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
-from pytest_lpb.plugin.rates import RateVerdict, judge_rates
 from pytest_lpb.plugin.session import LpbSession
-from pytest_lpb.plugin.summary import write_summary
 from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
-from pytest_lpb.report.build import write_results
-from pytest_lpb.report.view import ReportData
-from pytest_lpb.run.evaluation import evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
+
+if TYPE_CHECKING:
+    from pytest_lpb.plugin.rates import RateVerdict
+    from pytest_lpb.report.view import ReportData
 
 
 class ControllerPlugin:
@@ -94,6 +93,11 @@ class ControllerPlugin:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
         if self._folder is None:
             return
+        # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
+        from pytest_lpb.plugin.rates import judge_rates
+        from pytest_lpb.report.build import write_results
+        from pytest_lpb.run.evaluation import evaluate
+
         try:
             evaluation = evaluate(self._folder, self._session.kpis)
             self._data = write_results(evaluation, self._folder.path)
@@ -111,6 +115,8 @@ class ControllerPlugin:
         """Print the table of planners, what failed, and where the report is."""
         if self._folder is None:
             return
+        from pytest_lpb.plugin.summary import write_summary
+
         write_summary(terminalreporter, self._data, self._rates, self._faults, self._shown_folder())
 
     def _shown_folder(self) -> Path:

@@ -4,46 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS, SUCCESS
-
-if TYPE_CHECKING:
-    from pytest_lpb.plugin.items import PlannerCollector
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.scenario.load import Scenario
+from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH
 
 # Without `outcomes`, any failure to plan is expected; a fault of the software never is.
-DEFAULT_OUTCOMES = tuple(name for name in OUTCOMES if name not in (*SOFTWARE_FAULTS, SUCCESS, "worker_crash"))
+DEFAULT_OUTCOMES = tuple(name for name in OUTCOMES if name not in (*SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH))
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """A failure that is known."""
+    """A failure that is known; None: of any outcome, of any seed."""
 
     reason: str
-    outcomes: tuple[str, ...] | None
+    outcomes: tuple[str, ...] | None = None
+    seeds: tuple[int, ...] | None = None
+
+    def concerns(self, seed: int) -> bool:
+        """Whether the trial of this seed is expected to fail."""
+        return self.seeds is None or seed in self.seeds
 
     def covers(self, outcome: str) -> bool:
         """Whether a failed trial's outcome is the expected one; a success that misses its criteria counts as any."""
         return outcome == SUCCESS or outcome in (self.outcomes or DEFAULT_OUTCOMES)
 
 
-def expectation_of(collector: PlannerCollector, seed: int, scenario: str) -> Expectation | None:
-    """The known failure of one trial: the scenario's word first, then the planner file's."""
-    known = collector.scenario.xfail.get(collector.name)
+def known_failure(scenario: Scenario, configuration: PlannerConfiguration, key: str) -> Expectation | None:
+    """The known failure of a planner in a scenario: the scenario's word first, then the planner file's."""
+    known = scenario.xfail.get(configuration.name)
     if known is not None:
-        return _for_seed(known.reason, known.outcomes, known.seeds, seed)
-    entry = collector.configuration.expected_failure(scenario)
+        return Expectation(known.reason, known.outcomes, known.seeds)
+    entry = configuration.expected_failure(key)
     if entry is None:
         return None
     if not isinstance(entry, Mapping):
-        return Expectation(str(entry), None)
-    return _for_seed(str(entry.get("reason", "")), _tuple(entry.get("outcomes")), _tuple(entry.get("seeds")), seed)
-
-
-def _for_seed(
-    reason: str, outcomes: tuple[str, ...] | None, seeds: tuple[int, ...] | None, seed: int
-) -> Expectation | None:
-    return Expectation(reason, outcomes) if seeds is None or seed in seeds else None
+        return Expectation(str(entry))
+    return Expectation(str(entry.get("reason", "")), _tuple(entry.get("outcomes")), _tuple(entry.get("seeds")))
 
 
 def _tuple(values: Any) -> tuple[Any, ...] | None:

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
-from pytest_lpb.plugin.expectation import Expectation, expectation_of
+from pytest_lpb.plugin.expectation import Expectation, known_failure
 from pytest_lpb.plugin.session import session_of
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import Scenario
@@ -42,6 +42,8 @@ class PlannerCollector(pytest.Collector):
         super().__init__(**keywords)
         self.configuration = configuration
         self.holder = PlannerHolder(configuration)
+        self.key = session_of(self.config).scenario_key(self.path)
+        self.known_failure = known_failure(self.scenario, configuration, self.key)
         self._stack = ExitStack()
 
     @property
@@ -73,7 +75,8 @@ class TrialItem(pytest.Item):
         super().__init__(**keywords)
         self.seed = seed
         self.trajectory: Trajectory | None = None
-        self.expectation: Expectation | None = expectation_of(self.collector, seed, self._key())
+        known = self.collector.known_failure
+        self.expectation: Expectation | None = known if known is not None and known.concerns(seed) else None
         if self.expectation is not None:
             self.add_marker(
                 pytest.mark.xfail(reason=self.expectation.reason, raises=ExpectedTrialFailure, strict=False)
@@ -83,9 +86,6 @@ class TrialItem(pytest.Item):
     def collector(self) -> PlannerCollector:
         """The planner's collector."""
         return cast(PlannerCollector, self.parent)
-
-    def _key(self) -> str:
-        return session_of(self.config).scenario_key(self.path)
 
     def runtest(self) -> None:
         """Run the trial, write its files, then judge it."""
@@ -105,7 +105,7 @@ class TrialItem(pytest.Item):
 
     def _run(self) -> Trajectory:
         options, scenario = session_of(self.config), self.collector.scenario
-        key = self._key()
+        key = self.collector.key
         specification = TrialSpecification(
             problem=scenario.concrete | {"seed": self.seed, "trials": 1},
             planner=self.collector.configuration,

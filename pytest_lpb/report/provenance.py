@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
-from pytest_lpb.report.numbers import EMPTY, finite, show, show_exact
+from pytest_lpb.report.numbers import finite, show, show_exact
 from pytest_lpb.report.view import Fact, PlannerSetup, PlannerStyle, Provenance
 
 HASH_DIGITS = 12
@@ -33,6 +34,15 @@ def command_line(run_info: Mapping[str, Any]) -> str:
     return command if isinstance(command, str) else shlex.join(str(word) for word in command)
 
 
+def moment(text: Any) -> str:
+    """A point in time from ISO 8601, such as `2026-11-22 12:15 UTC`; any other text as it is."""
+    try:
+        found = datetime.fromisoformat(str(text))
+    except ValueError:
+        return str(text or "")
+    return f"{found:%Y-%m-%d %H:%M} {found.tzname() or ''}".rstrip()
+
+
 def safe_json(value: Any) -> str:
     """A value as JSON text; NaN and infinities are null, what JSON does not know is text."""
     return json.dumps(_plain(value), allow_nan=False, indent=2, sort_keys=True, ensure_ascii=False)
@@ -45,8 +55,9 @@ def _facts(run_info: Mapping[str, Any]) -> list[tuple[str, str]]:
     memory = finite(machine.get("memory_gib"))
     return [
         ("command", command_line(run_info)),
-        ("started", str(run_info.get("started") or "")),
+        ("started", moment(run_info.get("started"))),
         ("seeds", _seeds(run_info.get("seeds"))),
+        ("drawn at random", ", ".join(str(part) for part in run_info.get("random") or ())),
         ("workers", str(run_info.get("workers") or "")),
         ("processor", str(machine.get("cpu") or "")),
         ("cores", str(machine.get("cores") or "")),
@@ -67,9 +78,14 @@ def _setup(style: PlannerStyle, entry: Mapping[str, Any]) -> PlannerSetup:
     return PlannerSetup(
         style=style,
         planner=str(entry.get("planner") or ""),
-        parameters=safe_json(entry.get("parameters") or {}),
+        parameters=safe_json(_parameters(entry)),
         facts=[Fact(name, text) for name, text in facts if text],
     )
+
+
+def _parameters(entry: Mapping[str, Any]) -> dict[str, Any]:
+    per_robot = entry.get("per_robot")
+    return dict(entry.get("parameters") or {}) | ({"per_robot": per_robot} if per_robot else {})
 
 
 def _seconds(value: Any) -> str:
@@ -83,7 +99,7 @@ def _seeds(seeds: Any) -> str:
             return f"{numbers[0]}–{numbers[-1]}"
         return ", ".join(str(number) for number in numbers)
     if isinstance(seeds, Mapping):
-        return "; ".join(f"{name}: {_seeds(values) or EMPTY}" for name, values in seeds.items())
+        return ", ".join(f"{name} {_seeds(values)}" for name, values in seeds.items() if values is not None)
     return "" if seeds is None else str(seeds)
 
 

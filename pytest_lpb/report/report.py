@@ -24,7 +24,7 @@ from pytest_lpb.report.overview import (
     summary_table,
 )
 from pytest_lpb.report.palette import planner_styles
-from pytest_lpb.report.provenance import provenance
+from pytest_lpb.report.provenance import moment, provenance
 from pytest_lpb.report.scenes import scenes
 from pytest_lpb.report.tables import COMPARISON_HEADS, comparison_rows, trial_heads, trial_rows
 from pytest_lpb.report.user_figures import user_figures
@@ -112,7 +112,7 @@ def _subtitle(data: ReportData, styles: Mapping[str, PlannerStyle]) -> str:
         (data.trials["scenario"].nunique(), "scenario"),
         (len(data.trials), "trial"),
     ]
-    started = str(data.run_info.get("started") or "")
+    started = moment(data.run_info.get("started"))
     return " · ".join([*(count(number, noun) for number, noun in counts), *([started] if started else [])])
 
 

@@ -32,7 +32,7 @@ class Scale:
 
     def ticks(self, most: int = 6) -> list[Tick]:
         """At most about `most` ticks, places in [%]."""
-        values = _decades(self.low, self.high, most) if self.logarithmic else round_values(self.low, self.high, most)
+        values = _log_values(self.low, self.high, most) if self.logarithmic else round_values(self.low, self.high, most)
         places = 100 * self.place(np.asarray(values))
         labels = [show(value, 1) for value in values] if self.logarithmic else tick_labels(values)
         return [Tick(round(float(at), 2), label) for at, label in zip(places, labels, strict=True)]
@@ -70,7 +70,10 @@ def tick_labels(values: list[float]) -> list[str]:
     return [minus(f"{value + 0.0:.{decimals}f}") if abs(value) > step / 2 else "0" for value in values]
 
 
-def _decades(low: float, high: float, most: int) -> list[float]:
-    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-    stride = max(1, math.ceil((last - first + 1) / most))
-    return [10.0**exponent for exponent in range(first, last + 1, stride)]
+def _log_values(low: float, high: float, most: int) -> list[float]:
+    """Powers of ten; with 2 and 5, or 3, between them where they are few."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    stride = max(1, math.ceil((last - first) / most))
+    factors = (1, 2, 5) if last - first <= 2 else (1, 3) if last - first <= 3 else (1,)
+    candidates = [factor * 10.0**exponent for exponent in range(first, last + 1, stride) for factor in factors]
+    return [value for value in candidates if low <= value <= high]

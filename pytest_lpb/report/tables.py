@@ -28,6 +28,8 @@ TRIAL_KPIS = ("time_to_goal_s", "clearance_min_m", "solver_time_p95_ms")
 def comparison_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[ComparisonRow], str]:
     """Rows of the table of comparisons, and a note where some are left out."""
     frame = data.comparisons[data.comparisons["pairs"] > 0]
+    if frame["scenario"].nunique() == 2 and "all" in set(frame["scenario"]):
+        frame = frame[frame["scenario"] != "all"]  # of one scenario it says the same again
     note = ""
     if len(frame) > MAX_COMPARISONS:
         kept = frame[frame["scenario"] == "all"]

@@ -17,7 +17,7 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet
 
-from pytest_lpb.errors import RecordingError
+from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.problem.hashing import canonical_json
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
@@ -121,7 +121,10 @@ def read_trial(path: Path) -> Trajectory:
         raise RecordingError(f"cannot read {path}: {error}") from error
     metadata = trial_metadata(table.schema.metadata, path)
     columns = {name: _array(table.column(name)) for name in table.column_names}
-    problem = Problem.from_dict(metadata.pop("problem"), metadata["scenario"])
+    try:
+        problem = Problem.from_dict(metadata.pop("problem"), metadata["scenario"])
+    except (LpbError, KeyError, TypeError, ValueError) as error:
+        raise RecordingError(f"cannot read {path}: its problem is not one of this version: {error!r}") from error
     return Trajectory(columns, metadata, problem)
 
 
@@ -129,7 +132,10 @@ def trial_metadata(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[s
     """What a trial file says of itself, and its problem. Raises RecordingError for another kind of file."""
     if not metadata or METADATA_KEY not in metadata:
         raise RecordingError(f"{path} is no trial file of pytest-lpb: it has no metadata of ours")
-    content: dict[str, Any] = json.loads(metadata[METADATA_KEY])
+    try:
+        content: dict[str, Any] = json.loads(metadata[METADATA_KEY])
+    except ValueError as error:
+        raise RecordingError(f"cannot read {path}: its metadata are damaged: {error}") from error
     return content
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -86,6 +86,7 @@ leaves = st.just("t") | st.floats(-2.0, 2.0).map(lambda number: f"{number:.2f}")
 expressions = st.recursive(leaves, smooth, max_leaves=4).filter(lambda text: len(text) < 400)
 
 
+@settings(deadline=None)
 @given(expressions, st.floats(0.1, 3.0))
 def test_derivatives_match_finite_differences(text: str, t: float) -> None:
     # Fourth-order central differences: truncation about h^4 times the fifth derivative.

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pytest_lpb.errors import ScenarioError
@@ -197,11 +197,13 @@ def same(a: Any, b: Any) -> bool:
     return repr(a) == repr(b)
 
 
+@settings(deadline=None)
 @given(st.dictionaries(keys, values, min_size=1, max_size=4))
 def test_written_data_is_read_back_exactly(data: dict[str, Any]) -> None:
     assert same(read_yaml(dump_yaml(data).encode(), "x").data, data)
 
 
+@settings(deadline=None)
 @given(st.dictionaries(st.sampled_from("abc"), st.lists(st.floats(allow_nan=False, allow_infinity=False)), min_size=1))
 def test_json_numbers_are_read_back_exactly(data: dict[str, list[float]]) -> None:
     assert same(read_yaml(json.dumps(data).encode(), "x").data, data)
