@@ -172,9 +172,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
     def _checked(self, action: NDArray[np.float64] | list[float]) -> list[float]:
         size = self.problem.robot.n_actions
         try:
-            values: list[float] = (
-                action if isinstance(action, list) else np.asarray(action, dtype=float).tolist()
-            )
+            values: list[float] = action if isinstance(action, list) else np.asarray(action, dtype=float).tolist()
             finite = len(values) == size and all(map(isfinite, values))
         except (TypeError, ValueError):
             finite = False

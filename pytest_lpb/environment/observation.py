@@ -40,9 +40,7 @@ class Observation:
         padded: whether to say which rows are obstacles, in `obstacle_present`: 1.0, others 0.0.
     """
 
-    def __init__(
-        self, problem: Problem, preview: Preview | None, capacity: int, *, padded: bool = False
-    ) -> None:
+    def __init__(self, problem: Problem, preview: Preview | None, capacity: int, *, padded: bool = False) -> None:
         self._problem = problem
         self._buffers: dict[str, FloatArray] = {}
         robot = problem.robot

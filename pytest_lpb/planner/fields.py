@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from math import ceil
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pytest_lpb.planner.base import FloatArray, ObstacleInfo, Observation
+from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
 from pytest_lpb.problem.planar.arm import PlanarArm
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import Robot
@@ -16,20 +17,29 @@ from pytest_lpb.problem.robot import Robot
 class ControlPoints:
     """Points along the collision bodies of a robot, each with the radius of its body.
 
+    A non-holonomic base cannot evade sideways, but a point ahead of it can: it has a second disc there.
+
     Args:
         robot: planar robot.
         spacing: largest distance between two of them along a body [m].
+        lookahead: of the second disc of a non-holonomic base [m].
     """
 
-    def __init__(self, robot: Robot, spacing: float) -> None:
+    def __init__(self, robot: Robot, spacing: float, lookahead: float) -> None:
         assert isinstance(robot, PlanarRobot), "control points are known for planar robots"
         self._robot = robot
         links: list[int] = []
         local: list[tuple[float, float]] = []
         radii: list[float] = []
         bodies: list[int] = []
+        names: list[str] = []
         for body in robot.collision_bodies:
-            for ax, ay, bx, by, radius in body.capsules:
+            capsules = body.capsules
+            if robot.non_holonomic:
+                ahead = tuple((ax + lookahead, ay, bx + lookahead, by, r) for ax, ay, bx, by, r in capsules)
+                capsules = (*capsules, *ahead)
+            for ax, ay, bx, by, radius in capsules:
+                names.append(body.name)
                 bodies.append(len(local))
                 count = ceil(np.hypot(bx - ax, by - ay) / spacing - 1e-9)
                 for s in np.linspace(0.0, 1.0, count + 1) if count else (0.0,):
@@ -42,6 +52,7 @@ class ControlPoints:
         self._single = len(bodies) == len(local)
         self._links = np.array(links)
         self._local = np.array(local)
+        self.owners = [names[body] for body in self._body_of]  # name of each point's body
         self._names = [robot.link_names[link] for link in links]
         # Joint j of an arm moves what lies on its own link or beyond; its axis is that link's frame.
         self._moved = self._links[:, None] > np.arange(robot.dof) if isinstance(robot, PlanarArm) else None
@@ -78,6 +89,37 @@ class ControlPoints:
         least = np.minimum.reduceat(distance, self._bodies, axis=0)
         chosen: FloatArray = distance == least[self._body_of]
         return chosen
+
+
+class SelfDistances:
+    """Distances between control points of bodies that must not touch.
+
+    Args:
+        robot: gives the pairs of bodies.
+        points: its control points.
+    """
+
+    def __init__(self, robot: Robot, points: ControlPoints) -> None:
+        owners = np.array(points.owners)
+        first: list[int] = []
+        second: list[int] = []
+        starts: list[int] = []
+        for one, other in robot.self_collision_pairs:
+            i, j = np.meshgrid(np.flatnonzero(owners == one), np.flatnonzero(owners == other))
+            starts.append(len(first))
+            first += i.ravel().tolist()
+            second += j.ravel().tolist()
+        self._first, self._second, self._starts = np.array(first), np.array(second), np.array(starts)
+        self._pair_of = np.repeat(np.arange(len(starts)), np.diff([*starts, len(first)]))
+        self._radii = points.radii[self._first] + points.radii[self._second] if first else np.zeros(0)
+
+    def nearest(self, positions: FloatArray, within: float) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+        """The nearest points of each pair of bodies closer than `within` [m]: first, second, distance [m]."""
+        offset = positions[self._first] - positions[self._second]
+        distance = np.hypot(offset[:, 0], offset[:, 1]) - self._radii
+        least = np.minimum.reduceat(distance, self._starts)
+        chosen = np.flatnonzero((distance < within) & (distance == least[self._pair_of]))
+        return self._first[chosen], self._second[chosen], distance[chosen]
 
 
 class ObstacleField:

@@ -8,12 +8,12 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from pytest_lpb.documents.reader import Document, read_yaml
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
 from pytest_lpb.shipped import shipped_folder
-from pytest_lpb.scenario.yaml_reader import Document, read_yaml
 
 SUFFIXES = (".yaml", ".yml")
 

@@ -14,8 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.fields import ControlPoints, ObstacleField
+from pytest_lpb.planner.fields import ControlPoints, ObstacleField, SelfDistances
 from pytest_lpb.planner.task import Task, damped_inverse
+
+NOTHING = (np.zeros((0, 2, 0)), np.zeros((0, 2)))  # no points, no forces
+SMALL = 1e-9  # [m] two points nearer than this push each other nowhere
 
 
 class PotentialField(Planner):
@@ -35,6 +38,7 @@ class PotentialField(Planner):
         speed: float = 1.0  # largest speed a sub-goal asks for [m/s or rad/s]
         repulsion: float = 0.01  # eta of obstacles [m^4/s^2]
         influence: float = 0.4  # distance rho_0 from which an obstacle repels [m]
+        self_influence: float = 0.15  # rho_0 of the robot's own bodies [m]
         closest: float = 0.05  # distances are not taken smaller than this, to bound the force [m or rad]
         limit_repulsion: float = 0.001  # eta of position limits [rad^4/s^2 or m^4/s^2]
         limit_influence: float = 0.2  # rho_0 of position limits [rad or m]
@@ -49,7 +53,8 @@ class PotentialField(Planner):
         """Place the control points and compose the goal's task."""
         parameters = self.parameters
         self._task = Task(problem, parameters.lookahead)
-        self._points = ControlPoints(problem.robot, parameters.spacing)
+        self._points = ControlPoints(problem.robot, parameters.spacing, parameters.lookahead)
+        self._own = SelfDistances(problem.robot, self._points) if problem.robot.self_collision_pairs else None
         self._obstacles = ObstacleField(problem.obstacles) if problem.obstacles else None
         self._limits = problem.robot.limits.position.T
         self._limited = bool(np.isfinite(self._limits).any())
@@ -60,7 +65,7 @@ class PotentialField(Planner):
         """Acceleration of u, or u itself under velocity control: the velocity at which damping balances the forces."""
         q = observation["q"]
         action = self._attraction(observation)
-        push = self._repulsion(observation, q) if self._obstacles is not None else None
+        push = self._repulsion(observation, q) if self._obstacles is not None or self._own is not None else None
         if self._limited:
             limits = self._limit_force(q)
             if not self._task.actuation.direct:
@@ -99,24 +104,54 @@ class PotentialField(Planner):
         return wanted + self._task.target_velocity(observation) if self._task.moving else wanted
 
     def _repulsion(self, observation: Observation, q: FloatArray) -> FloatArray:
-        """FIRAS forces on the nearest control point of each body and obstacle, brought to the joints by J^T Lambda."""
+        """FIRAS forces of obstacles and of the robot's own bodies, brought to the joints by J^T Lambda."""
+        positions, jacobians = self._points.at(q)
+        total: FloatArray = np.zeros(len(observation["u"]))
+        for pushed, forces in (
+            self._from_obstacles(positions, jacobians, observation),
+            self._from_own_bodies(positions, jacobians),
+        ):
+            if len(forces):
+                total += self._actuated(pushed, forces, q)
+        return total
+
+    def _from_obstacles(
+        self, positions: FloatArray, jacobians: FloatArray, observation: Observation
+    ) -> tuple[FloatArray, FloatArray]:
+        """Jacobians (k, 2, dof) and forces (k, 2) of the control points nearest of their bodies to an obstacle."""
         parameters, points = self.parameters, self._points
-        assert self._obstacles is not None
-        positions, jacobians = points.at(q)
+        if self._obstacles is None:
+            return NOTHING
         distance, away = self._obstacles.distances(positions, observation)
         distance -= points.radii[:, None]
-        total: FloatArray = np.zeros(len(observation["u"]))
         if distance.min() >= parameters.influence:
-            return total
+            return NOTHING
         bounded = np.maximum(distance, parameters.closest)
         pushes = firas(bounded, parameters.repulsion, parameters.influence) * points.nearest(distance)
-        forces = (pushes[:, :, None] * away).sum(axis=1)
         active = pushes.any(axis=1)
-        jacobians = self._task.actuation.per_input(jacobians[active], q)
+        return jacobians[active], (pushes[active, :, None] * away[active]).sum(axis=1)
+
+    def _from_own_bodies(self, positions: FloatArray, jacobians: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Jacobians (k, 2, dof) and forces (k, 2) of points relative to the nearest ones of other bodies."""
+        parameters = self.parameters
+        if self._own is None:
+            return NOTHING
+        first, second, distance = self._own.nearest(positions, parameters.self_influence)
+        if not len(first):
+            return NOTHING
+        offset = positions[first] - positions[second]
+        length = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), SMALL)
+        bounded = np.maximum(distance, parameters.closest)
+        pushes = firas(bounded, parameters.repulsion, parameters.self_influence) / length
+        return jacobians[first] - jacobians[second], pushes[:, None] * offset
+
+    def _actuated(self, jacobians: FloatArray, forces: FloatArray, q: FloatArray) -> FloatArray:
+        """Sum of J^T Lambda F over points with Jacobians (k, 2, dof) and forces (k, 2)."""
+        jacobians = self._task.actuation.per_input(jacobians, q, 0.0)
         transposed = jacobians.transpose(0, 2, 1)
         square = jacobians @ transposed
-        square[:, [0, 1], [0, 1]] += parameters.regularisation * parameters.regularisation
-        total += (transposed @ np.linalg.solve(square, forces[active][:, :, None])).sum(axis=0)[:, 0]
+        square[:, [0, 1], [0, 1]] += self.parameters.regularisation * self.parameters.regularisation
+        total: FloatArray = (transposed @ np.linalg.solve(square, forces[:, :, None])).sum(axis=0)[:, 0]
         return total
 
     def _limit_force(self, q: FloatArray) -> FloatArray:

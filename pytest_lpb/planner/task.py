@@ -150,5 +150,4 @@ def damped_inverse(jacobian: FloatArray, damping: float) -> FloatArray:
     """J^T (J J^T + damping^2 I)^-1: bounded near singular arms (Nakamura and Hanafusa, 1986)."""
     square: FloatArray = jacobian @ jacobian.T
     square.flat[:: len(square) + 1] += damping * damping
-    inverse: FloatArray = np.linalg.solve(square, jacobian).T
-    return inverse
+    return np.asarray(np.linalg.solve(square, jacobian).T, dtype=np.float64)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from threadpoolctl import threadpool_limits
 
+from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
 from pytest_lpb.plugin.session import session_of
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import Scenario
-from pytest_lpb.scenario.yaml_writer import dump_yaml
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import trial_path, write_once, write_trial
 from pytest_lpb.trial.holder import PlannerHolder

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from pytest_lpb.problem.criterion import parse_criterion
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.statistics.intervals import wilson_interval
-from pytest_lpb.trial.criteria import parse_criterion
 from pytest_lpb.trial.files import read_trial, trial_path
 
 
@@ -38,10 +38,9 @@ def _judge(scenario: str, planner: str, rows: pd.DataFrame, criterion: str) -> R
     rates = rows.groupby("problem_hash")["success"].mean()
     rate = float(rates.mean())
     low, high = wilson_interval(float(rates.sum()), len(rates))
-    compare, bound = parse_criterion(criterion)
     failed = sorted(rows.loc[~rows["success"].astype(bool), "seed"].tolist())
     seeds = ", ".join(map(str, failed[:20])) + (", ..." if len(failed) > 20 else "")
-    met = compare(rate, bound)
+    met = parse_criterion(criterion).met(rate)
     text = (
         f"{scenario} :: {planner}: success rate {rate:.3f} (95 % interval {low:.3f} to {high:.3f}, "
         f"{len(rates)} problems), required {criterion}"

@@ -71,7 +71,7 @@ def kpi_figures(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[l
 
 
 def _kpi_figure(data: ReportData, kpi: KpiLike, styles: Mapping[str, PlannerStyle]) -> KpiFigure | None:
-    trials = data.trials[data.trials["success"].astype(bool)] if kpi.over == "solved" else data.trials
+    trials = data.trials[data.trials["success"].eq(True)] if kpi.over == "solved" else data.trials
     trials = trials.assign(**{kpi.name: trials[kpi.name].astype(float)})
     trials = trials[np.isfinite(trials[kpi.name])]
     if trials.empty:
@@ -102,7 +102,7 @@ def _notes(kpi: KpiLike, trials: pd.DataFrame, scale: Scale, *, complete: bool) 
     notes.append("solved trials only" if kpi.over == "solved" else "all trials")
     if scale.logarithmic:
         notes.append("logarithmic axis")
-    if kpi.timing and trials["timing_contended"].astype(bool).any():
+    if kpi.timing and trials["timing_contended"].eq(True).any():
         notes.append("† timing contended: other work ran on the same cores")
     if not complete:
         notes.append(f"the first {MAX_ROWS} rows only; all values are in trials.csv")

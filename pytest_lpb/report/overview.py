@@ -39,7 +39,7 @@ HEADLINES = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_
 
 def endings(trials: pd.DataFrame) -> pd.Series[str]:
     """Outcome of every trial; `criteria_failed` where the goal was reached but a criterion was not met."""
-    unmet = trials["outcome"].eq("success") & ~trials["success"].astype(bool)
+    unmet = trials["outcome"].eq("success") & ~trials["success"].eq(True)
     return trials["outcome"].astype(str).mask(unmet, "criteria_failed")
 
 
@@ -67,7 +67,7 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     trials = data.trials[data.trials["planner"] == style.name]
     if not row or trials.empty:
         return Statement(style, "has no finished trial", "")
-    problems, solved = int(row["problems"]), int(trials["success"].astype(bool).sum())
+    problems, solved = int(row["problems"]), int(trials["success"].eq(True).sum())
     once = problems == len(trials)
     rate = percent(row["success_rate"])
     if abs(float(row["success_rate"]) - solved / len(trials)) >= 0.005:
@@ -76,7 +76,7 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     whole = count(len(trials), "problem" if once else "trial")
     text = f"solved {solved} of {whole} ({rate}, 95 % interval {bounds})"
     details = [] if once else [f"{count(problems, 'distinct problem')}, each counts once"]
-    failures = endings(trials)[~trials["success"].astype(bool)].value_counts()
+    failures = endings(trials)[~trials["success"].eq(True)].value_counts()
     details += [f"{str(outcome).replace('_', ' ')} in {number}" for outcome, number in failures.items()]
     return Statement(style, text, ", ".join(details))
 
@@ -123,7 +123,7 @@ def headline_kpis(data: ReportData) -> list[KpiLike]:
 def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[KpiLike]) -> PlannerRow:
     row = overall(data.summary, style.name)
     trials = data.trials[data.trials["planner"] == style.name]
-    contended = bool(trials["timing_contended"].astype(bool).any())
+    contended = bool(trials["timing_contended"].eq(True).any())
     rate = row.get("success_rate")
     cells = [
         Cell(str(len(trials)), len(trials)),

@@ -75,7 +75,7 @@ def page(data: ReportData) -> Page:
     figures, without_values = kpi_figures(data, styles)
     comparisons, comparisons_note = comparison_rows(data, styles)
     trials, trials_note = trial_rows(data, styles)
-    contended = bool(data.trials["timing_contended"].astype(bool).any()) if len(data.trials) else False
+    contended = bool(data.trials["timing_contended"].eq(True).any()) if len(data.trials) else False
     return Page(
         title=data.title or "pytest-lpb report",
         subtitle=_subtitle(data, styles),
@@ -126,6 +126,6 @@ def _notes(data: ReportData) -> list[str]:
     fixed = [str(name) for name in problems.index if problems[name] == 1 and repeats[name] > 1]
     if fixed:
         notes.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
-    if data.trials["timing_contended"].astype(bool).any():
+    if data.trials["timing_contended"].eq(True).any():
         notes.append("† Timing was contended: other work ran on the same cores. Such figures do not compare planners.")
     return notes

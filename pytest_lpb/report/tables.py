@@ -36,7 +36,7 @@ def comparison_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tup
         frame = (kept if len(kept) else frame).head(MAX_COMPARISONS)
         note = f"{len(frame)} comparisons; all {len(data.comparisons)} of them are in comparisons.csv."
     kpis = {kpi.name: kpi for kpi in data.kpis}
-    contended = len(data.trials) > 0 and bool(data.trials["timing_contended"].astype(bool).any())
+    contended = len(data.trials) > 0 and bool(data.trials["timing_contended"].eq(True).any())
     rows = []
     for row in frame.to_dict("records"):
         kpi = kpis.get(row["kpi"])
@@ -78,10 +78,7 @@ def _comparison_cells(row: Mapping[Any, Any]) -> list[Cell]:
 
 def trial_heads(data: ReportData) -> list[str]:
     """Headings of the figures in the table of trials."""
-    return [kpi_title(kpi.name, kpi.unit) for kpi in data.kpis if kpi.name in TRIAL_KPIS] + [
-        "steps",
-        "wall time [s]",
-    ]
+    return [*(kpi_title(kpi.name, kpi.unit) for kpi in data.kpis if kpi.name in TRIAL_KPIS), "steps"]
 
 
 def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[TrialRow], str]:
@@ -93,21 +90,12 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
     kpis = [kpi for kpi in data.kpis if kpi.name in TRIAL_KPIS]
     rows = []
     for row in frame.assign(outcome=endings(frame)).to_dict("records"):
-        mark = "†" if row["timing_contended"] is True or row["timing_contended"] == 1 else ""
+        mark = "†" if row["timing_contended"] == 1 else ""
         cells = [
             Cell(show(row.get(kpi.name)), finite(row.get(kpi.name)), mark=mark if kpi.timing else "") for kpi in kpis
         ]
-        rows.append(
-            _trial_row(
-                row,
-                styles,
-                [
-                    *cells,
-                    Cell(show_exact(row["steps"]), finite(row["steps"])),
-                    Cell(show(row["wall_s"]), finite(row["wall_s"])),
-                ],
-            )
-        )
+        cells.append(Cell(show_exact(row["steps"]), finite(row["steps"])))
+        rows.append(_trial_row(row, styles, cells))
     return rows, note
 
 
@@ -118,7 +106,7 @@ def _trial_row(row: Mapping[Any, Any], styles: Mapping[str, PlannerStyle], cells
         style=styles[row["planner"]],
         seed=int(row["seed"]),
         outcome=str(row["outcome"]),
-        success=bool(row["success"]),
+        success=row["success"] == 1,
         cells=cells,
         message=_text(row.get("message")),
         failed_criteria=_text(row.get("failed_criteria")),

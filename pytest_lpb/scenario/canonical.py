@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from pytest_lpb.problem.criterion import parse_criterion
 from pytest_lpb.scenario.checks.goal import goal_names, primary_index
 from pytest_lpb.scenario.checks.obstacles import obstacle_names
 from pytest_lpb.scenario.schema import ScenarioFile
@@ -11,7 +12,6 @@ from pytest_lpb.scenario.schema.obstacle import Obstacle
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.robot import Robot
 from pytest_lpb.scenario.schema.success import Success
-from pytest_lpb.scenario.schema.values import parse_criterion
 from pytest_lpb.scenario.structure import MODELS, Structure
 
 DEFAULT_HOLD_TIME = 0.5  # [s]

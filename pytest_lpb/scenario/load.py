@@ -11,17 +11,17 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from pytest_lpb.documents.faults import Fault, Key, capped, key_path
+from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.criterion import Criterion, parse_criterion
 from pytest_lpb.scenario.canonical import Plain, concrete_form, randomize_form
 from pytest_lpb.scenario.checks import check
-from pytest_lpb.scenario.faults import Fault, Key, capped, key_path
 from pytest_lpb.scenario.messages import faults_of, valid_parts
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.success import ExpectedFailure
-from pytest_lpb.scenario.schema.values import Criterion, parse_criterion
 from pytest_lpb.scenario.structure import structure_of
-from pytest_lpb.scenario.yaml_reader import MAX_BYTES, Document, read_yaml
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
+from pytest_lpb.documents.faults import Fault, Loc, described
 from pytest_lpb.names import listed, suggestion
-from pytest_lpb.scenario.faults import Fault, Loc, described
 
 Context = dict[str, Any]
 

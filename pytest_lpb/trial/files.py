@@ -116,7 +116,9 @@ def _parquet(trajectory: Trajectory) -> bytes:
 def read_trial(path: Path) -> Trajectory:
     """Read a trial's raw data. Raises RecordingError for a file that is not one."""
     try:
-        table = pyarrow.parquet.read_table(path, use_threads=False)
+        # Not `read_table`: looking for a data set of many files costs more than reading one.
+        with pyarrow.parquet.ParquetFile(path) as file:
+            table = file.read(use_threads=False)
     except (OSError, pyarrow.ArrowException) as error:
         raise RecordingError(f"cannot read {path}: {error}") from error
     metadata = trial_metadata(table.schema.metadata, path)

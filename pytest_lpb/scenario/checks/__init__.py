@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from pytest_lpb.documents.faults import Fault
 from pytest_lpb.scenario.checks import goal, obstacles, randomize, robot, time
-from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.structure import structure_of
 

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import Motion, motion_from
 from pytest_lpb.motion.motion import sampled_times
 from pytest_lpb.scenario.checks.robot import unknown_name
-from pytest_lpb.scenario.faults import Fault, Loc
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
 from pytest_lpb.scenario.schema.goal import (
     AlignmentGoal,

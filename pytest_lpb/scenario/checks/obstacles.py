@@ -3,10 +3,10 @@
 import re
 from collections.abc import Iterator, Sequence
 
+from pytest_lpb.documents.faults import Fault
 from pytest_lpb.motion import angle_motion
 from pytest_lpb.names import listed
 from pytest_lpb.scenario.checks.goal import check_motion, stays_finite
-from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES
 from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.obstacle import Obstacle

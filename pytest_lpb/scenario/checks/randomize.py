@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator, Sequence
 
+from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.scenario.checks.goal import primary_index
 from pytest_lpb.scenario.checks.obstacles import wrong_shape
 from pytest_lpb.scenario.checks.robot import wrong_length
-from pytest_lpb.scenario.faults import Fault, Loc
 from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES
 from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.goal import Goal, MovingGoal, PositionGoal

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 
+from pytest_lpb.documents.faults import Fault
 from pytest_lpb.names import listed, suggestion
-from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, AVAILABLE_MODELS, AVAILABLE_URDF
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot

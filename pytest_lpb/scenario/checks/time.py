@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
+from pytest_lpb.documents.faults import Fault
 from pytest_lpb.names import is_name, listed
-from pytest_lpb.scenario.faults import Fault
 from pytest_lpb.scenario.schema.available import AVAILABLE_ENGINES
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
 from pytest_lpb.scenario.schema.obstacle import MAX_OBSTACLES, Obstacle

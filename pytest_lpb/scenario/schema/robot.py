@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from pytest_lpb.scenario.faults import described
+from pytest_lpb.documents.faults import described
 from pytest_lpb.scenario.schema.values import (
     Coordinate,
     Distinct,

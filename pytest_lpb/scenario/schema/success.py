@@ -5,13 +5,12 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.criterion import Criterion, parse_criterion
 from pytest_lpb.scenario.schema.values import (
-    Criterion,
     CriterionText,
     Distinct,
     Part,
     Text,
-    parse_criterion,
     refused,
 )
 

@@ -1,15 +1,14 @@
 """Numbers, names and other small values of a scenario file, with their bounds."""
 
-import re
 from collections.abc import Callable
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import parse_expression
 from pytest_lpb.names import MAX_NAME_LENGTH, NAME_PATTERN
-from pytest_lpb.scenario.faults import described
+from pytest_lpb.problem.criterion import CRITERION, parse_criterion
 
 MAX_COORDINATE = 1e6  # [m or rad]
 MAX_LENGTH = 1e4  # [m]
@@ -88,30 +87,6 @@ Coordinates = Annotated[Expression, BeforeValidator(_number_as_text, json_schema
 Trajectory = Annotated[list[Coordinates], Field(min_length=1, max_length=300)]
 SplineRow = Annotated[list[Coordinate], Field(min_length=2, max_length=301)]
 Spline = Annotated[list[SplineRow], Field(min_length=2, max_length=10_000)]
-
-CRITERION: Final = re.compile(r"(<=|>=|<|>)[ ]*([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)")
-
-
-class Criterion(NamedTuple):
-    """A bound on a KPI: `value operator number` must hold."""
-
-    operator: str  # one of < <= > >=
-    number: float
-
-    def __str__(self) -> str:
-        return f"{self.operator} {self.number!r}"
-
-
-def parse_criterion(text: str) -> Criterion:
-    """Parse a criterion such as `>= 0.02`.
-
-    Raises:
-        ScenarioError: the text is not an operator and a finite number.
-    """
-    match = CRITERION.fullmatch(text.strip())
-    if not match or abs(number := float(match[2])) > 1e300:
-        raise ScenarioError(f"found {described(text)}; a criterion is < <= > or >= and a number, such as '>= 0.02'")
-    return Criterion(match[1], number)
 
 
 CriterionText = Annotated[

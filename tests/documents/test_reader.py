@@ -10,11 +10,11 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pytest_lpb.documents import reader
+from pytest_lpb.documents.reader import read_yaml
+from pytest_lpb.documents.resolver import resolve
+from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.scenario import yaml_reader
-from pytest_lpb.scenario.yaml_core import resolve
-from pytest_lpb.scenario.yaml_reader import read_yaml
-from pytest_lpb.scenario.yaml_writer import dump_yaml
 
 
 @pytest.fixture(params=["CSafeLoader", "SafeLoader"], autouse=True)
@@ -22,7 +22,7 @@ def parser(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> N
     """Both of PyYAML's parsers: libyaml is not everywhere."""
     if not hasattr(yaml, request.param):
         pytest.skip("PyYAML was built without libyaml")
-    monkeypatch.setattr(yaml_reader, "_PARSER", getattr(yaml, request.param))
+    monkeypatch.setattr(reader, "_PARSER", getattr(yaml, request.param))
 
 
 def fault(text: str | bytes) -> str:

@@ -13,9 +13,9 @@ from typing import Any
 
 import yaml
 
+from pytest_lpb.documents.faults import Key, capped, described, key_path
+from pytest_lpb.documents.resolver import resolve
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.scenario.faults import Key, capped, described, key_path
-from pytest_lpb.scenario.yaml_core import resolve
 
 MAX_BYTES = 1 << 20
 MAX_NODES = 50_000  # aliases count as what they stand for

@@ -1,0 +1,142 @@
+"""The decorator `plot`, its registry, and plots as files and in the report."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.report.plots import PlotRegistry, default_registry, load_builtin, write_plots
+from pytest_lpb.report.report import page, render
+from pytest_lpb.report.user_figures import user_figures
+from pytest_lpb.report.view import ReportData
+
+BUILTIN = ["path", "clearance", "goal_error", "action", "solver_time", "success"]
+
+
+def _draw(trajectory: Any, axes: Any) -> None:
+    axes.plot(trajectory.t, trajectory.q[:, 0])
+
+
+@pytest.fixture
+def small(run: ReportData) -> ReportData:
+    """Two of the run's trials."""
+    chosen = run.trials["scenario"].eq("cart/crossing") & run.trials["seed"].eq(0)
+    return replace(run, trials=run.trials[chosen & run.trials["planner"].ne("fabrics")])
+
+
+@pytest.fixture(autouse=True)
+def preserved() -> Iterator[None]:
+    load_builtin()
+    with default_registry.preserved():
+        yield
+
+
+def test_built_in_plots() -> None:
+    assert [entry.name for entry in load_builtin() if entry.builtin] == BUILTIN
+
+
+def test_importing_plots_does_not_import_matplotlib() -> None:
+    code = "import sys, pytest_lpb.report.plots; sys.exit('matplotlib' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_same_function_again_replaces_another_is_refused() -> None:
+    registry = PlotRegistry()
+    registry.plot("mine")(_draw)
+    registry.plot("mine")(_draw)
+    with pytest.raises(ConfigurationError, match=r"'mine'.*taken by .*test_plots\.py.*rename"):
+        registry.plot("mine")(lambda trajectory, axes: None)
+    assert len(list(registry)) == 1
+
+
+@pytest.mark.parametrize("name", ["", "../x", "a b", "1st", "é" * 3])
+def test_names_are_checked(name: str) -> None:
+    with pytest.raises(ConfigurationError, match="a name begins with a letter"):
+        PlotRegistry().plot(name)(_draw)
+
+
+def test_scope_is_checked() -> None:
+    wrong: Any = "planner"
+    with pytest.raises(ConfigurationError, match="'planner'; allowed: run, scenario, trial"):
+        PlotRegistry().plot("mine", scope=wrong)(_draw)
+
+
+def test_unknown_names_are_told_with_the_nearest() -> None:
+    with pytest.raises(ConfigurationError, match="unknown plot 'clearence'; did you mean 'clearance'"):
+        default_registry.select(["clearence"])
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+def test_built_in_plots_are_written(small: ReportData, tmp_path: Path, name: str) -> None:
+    written = write_plots(tmp_path, [name], small)
+    assert not written.failures
+    assert len(written.paths) == (2 if name == "success" else 4)
+    for path in written.paths:
+        start = {".png": b"\x89PNG", ".pdf": b"%PDF"}[path.suffix]
+        assert path.read_bytes().startswith(start)
+        assert path.stat().st_size > 3000
+
+
+def test_file_names_follow_scenario_planner_and_seed(small: ReportData, tmp_path: Path) -> None:
+    evil = replace(small, trials=small.trials.assign(scenario="../../x/<b>"))
+    paths = {path.relative_to(tmp_path).as_posix() for path in write_plots(tmp_path, ["clearance"], evil).paths}
+    assert "clearance/_/_/x/_b_/pd/seed0.png" in paths
+    assert all(path.is_file() for path in (tmp_path / name for name in paths))
+
+
+def test_same_data_give_the_same_files(small: ReportData, tmp_path: Path) -> None:
+    first, second = (write_plots(tmp_path / name, ["path"], small).paths for name in "ab")
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+def test_no_global_state_of_pyplot(small: ReportData, tmp_path: Path) -> None:
+    write_plots(tmp_path, ["path"], small, formats=["png"])
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    assert pyplot is None or not pyplot.get_fignums()
+
+
+def test_users_plots_appear_in_the_report(small: ReportData) -> None:
+    seen: list[int] = []
+    default_registry.plot("first_joint")(_draw)
+    default_registry.plot("of_all", scope="run")(lambda trajectories, axes: seen.append(len(trajectories)))
+    default_registry.plot("of_scenario", scope="scenario")(lambda trajectories, axes: axes.bar([0, 1], [1, 2]))
+    html = render(page(small))
+    assert seen == [2]
+    assert html.count('src="data:image/svg+xml;base64,') == 4
+    assert "first joint · cart · crossing · pd · seed0" in html
+
+
+def test_large_plot_becomes_png(small: ReportData) -> None:
+    noise = np.random.default_rng(0).normal(size=(2, 20_000))
+    default_registry.plot("cloud", scope="run")(lambda trajectories, axes: axes.scatter(*noise))
+    (figure,) = user_figures(small)
+    assert figure.image.startswith("data:image/png;base64,")
+    assert len(figure.image) < 400_000
+
+
+def test_plot_that_raises_is_told_and_the_rest_goes_on(small: ReportData, tmp_path: Path) -> None:
+    def broken(trajectory: Any, axes: Any) -> None:
+        raise ValueError("<b>no link 'elbow'</b>")
+
+    default_registry.plot("broken")(broken)
+    default_registry.plot("first_joint")(_draw)
+    written = write_plots(tmp_path, ["broken", "first_joint"], small, formats=["png"])
+    assert len(written.paths) == len(written.failures) == 2
+    assert "plot 'broken'" in written.failures[0]
+    assert "ValueError" in written.failures[0]
+    html = render(page(small))
+    assert "&lt;b&gt;no link" in html
+    assert "<b>no link" not in html
+
+
+def test_crashed_trial_has_no_plot(run: ReportData, tmp_path: Path) -> None:
+    crashed = replace(run, trials=run.trials[run.trials["outcome"] == "worker_crash"])
+    written = write_plots(tmp_path, ["clearance"], crashed)
+    assert not written.paths
+    assert "no trial file" in written.failures[0]
