@@ -22,6 +22,7 @@ SIZE_INCH = 6.4
 DPI = 100
 MARGIN_M = 0.5  # [m] around everything that is drawn
 WINDOW_RATE_HZ = 20.0  # pictures per second of simulated time in a window
+WINDOWLESS_BACKENDS = ("agg", "pdf", "svg", "ps", "cairo", "template")
 ROBOT, GOAL, OBSTACLE, PATH = "#0072b2", "#009e73", "#7f7f7f", "#d55e00"
 
 
@@ -117,14 +118,21 @@ class ScenePicture:
             pyplot.close(self._figure)
 
 
-def _window_figure() -> Figure:
-    from matplotlib import pyplot
+def check_display() -> None:
+    """Raise LpbError where matplotlib cannot open a window."""
+    from matplotlib import get_backend
 
-    if pyplot.get_backend().lower() in ("agg", "pdf", "svg", "ps", "cairo", "template"):
+    if get_backend().lower() in WINDOWLESS_BACKENDS:
         raise LpbError(
             "--lpb-render (render_mode 'human') needs a display, and matplotlib found none: "
             "run it on a desktop, or use render_mode 'rgb_array'"
         )
+
+
+def _window_figure() -> Figure:
+    from matplotlib import pyplot
+
+    check_display()
     figure = pyplot.figure(figsize=(SIZE_INCH, SIZE_INCH))
     figure.show()
     return figure

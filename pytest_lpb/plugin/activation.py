@@ -54,6 +54,10 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
     if str(config.rootpath) not in sys.path:
         sys.path.insert(0, str(config.rootpath))
     modules = _load_plugins(config)
+    if config.getoption("lpb_render"):
+        from pytest_lpb.environment.picture import check_display
+
+        check_display()
     reports = _reports_folder(config)
     if is_worker(config):
         run = Path(config.workerinput[WORKER_RUN])  # type: ignore[attr-defined] # xdist adds it

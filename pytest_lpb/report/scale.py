@@ -65,7 +65,8 @@ def tick_labels(values: list[float]) -> list[str]:
     step = min(np.diff(values), default=abs(values[0]) or 1.0)
     largest = max(abs(value) for value in values)
     if largest >= 1e7 or step < 1e-5:
-        return [show(value, 2) for value in values]
+        digits = math.ceil(math.log10(largest / step) - 1e-9) + 1 if largest > 0 else 2
+        return [show(value, max(digits, 2)) for value in values]
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
     return [minus(f"{value + 0.0:.{decimals}f}") if abs(value) > step / 2 else "0" for value in values]
 
@@ -74,6 +75,7 @@ def _log_values(low: float, high: float, most: int) -> list[float]:
     """Powers of ten; with 2 and 5, or 3, between them where they are few."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     stride = max(1, math.ceil((last - first) / most))
-    factors = (1, 2, 5) if last - first <= 2 else (1, 3) if last - first <= 3 else (1,)
+    decades = math.log10(high / low)
+    factors = (1, 2, 5) if decades <= 2 else (1, 3) if decades <= 3 else (1,)
     candidates = [factor * 10.0**exponent for exponent in range(first, last + 1, stride) for factor in factors]
     return [value for value in candidates if low <= value <= high]

@@ -13,7 +13,13 @@ from .chromium import Chromium
 pytestmark = pytest.mark.chromium
 
 VISIBLE = "[...document.querySelectorAll('#trial-table tbody tr')].filter(row => row.offsetParent)"
-LOOKS = {"light": (1280, 900, "light", False), "dark": (1280, 900, "dark", False), "phone": (390, 844, "light", True)}
+LOOKS = {
+    "light": (1280, 900, "light", False),
+    "dark": (1280, 900, "dark", False),
+    "tablet": (800, 1000, "light", False),
+    "phone": (390, 844, "light", True),
+    "dark phone": (390, 844, "dark", True),
+}
 
 
 def _column(browser: Chromium, index: int) -> list[str]:
@@ -143,10 +149,10 @@ def test_text_is_large_enough_and_inside(browser: Chromium, report_address: str,
     browser.look(width, height, scheme, phone=phone)
     browser.open(report_address)
     texts = """[...document.querySelectorAll('.scene-svg text')].map(text =>
-        parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().d)"""
-    assert min(map(abs, browser.run(texts))) > 10.5
-    small = """[...document.querySelectorAll('main *')].filter(e => e.offsetParent && e.childNodes.length
-        && parseFloat(getComputedStyle(e).fontSize) < 12.5 && !e.closest('svg, sup')).map(e => e.outerHTML.slice(0, 80))"""
+        parseFloat(getComputedStyle(text).fontSize) * Math.hypot(text.getScreenCTM().a, text.getScreenCTM().b))"""
+    assert min(browser.run(texts)) > 10.5
+    small = """[...document.querySelectorAll('main *')].filter(e => e.offsetParent && !e.closest('svg, sup')
+        && parseFloat(getComputedStyle(e).fontSize) < 12.5).map(e => e.outerHTML.slice(0, 80))"""
     assert browser.run(small) == []
     inside = """[...document.querySelectorAll('.scene-svg text')].every(text => {
         const t = text.getBoundingClientRect(), s = text.ownerSVGElement.getBoundingClientRect();

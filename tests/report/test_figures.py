@@ -105,7 +105,7 @@ def test_boxes_count_only_the_trials_of_the_kpi(run: ReportData) -> None:
 
 def test_success_bars_hold_their_interval(run: ReportData) -> None:
     groups = success_groups(run.summary, STYLES)
-    assert [group.name for group in groups][0] == "all scenarios"
+    assert groups[0].name == "all scenarios"
     for row in (row for group in groups for row in group.rows):
         assert row.low is not None
         assert row.rate is not None
@@ -150,7 +150,7 @@ def test_numbers_as_people_read_them(value: object, text: str) -> None:
 
 def test_rates_are_all_or_none_only_when_they_are() -> None:
     shown = [numbers.percent(rate).replace("\u202f", "") for rate in (0, 0.001, 0.5, 0.999, 1, np.nan)]
-    assert shown == ["0%", "<1%", "50%", ">99%", "100%", "–"]
+    assert shown == ["0%", "< 1%", "50%", "> 99%", "100%", "–"]
 
 
 @pytest.mark.parametrize(
