@@ -34,6 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader, such as `head`, has seen enough.
         sys.stderr.close()
         return 0
+    except OSError as error:
+        print(f"lpb-report: error: cannot write {error.filename}: {error.strerror}; see --output", file=sys.stderr)
+        return EXIT_USAGE
     for warning in warnings:
         print(f"lpb-report: warning: {warning}", file=sys.stderr)
     return EXIT_WARNINGS if warnings else 0

@@ -59,6 +59,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._window: Any = None
         self._capacity: int | None = None
         self._padded = False
+        self._was_reset = False
         self.engine: Engine | None = None
         first = problem if problem is not None else self._draw(None)
         if self.scenario is not None:
@@ -119,7 +120,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         Raises LpbError for a problem that does not fit, and after `close`.
         """
         self.running_engine  # noqa: B018 - raises when closed
-        first = self._np_random_seed is None  # the property of that name would draw one
+        first, self._was_reset = not self._was_reset, True
         super().reset(seed=seed)
         given = (options or {}).get("problem")
         if given is not None:
@@ -177,7 +178,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         except (TypeError, ValueError):
             finite = False
         if not finite:
-            raise LpbError(f"action {action!r} must be {size} finite numbers")
+            raise LpbError(f"action {' '.join(repr(action).split())} must be {size} finite numbers")
         return values
 
     def _observe_row(self, engine: Engine) -> None:

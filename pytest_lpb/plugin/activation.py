@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -11,12 +12,12 @@ import pytest
 from pytest_lpb.errors import LpbError
 from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
-from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
+from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
 from pytest_lpb.plugin.options import PARTS, split_names
 from pytest_lpb.plugin.session import SESSION, WORKER_RUN, LpbSession
 from pytest_lpb.plugin.worker import WorkerPlugin
 from pytest_lpb.run.folder import check_writable, new_run_folder
-from pytest_lpb.run.plugins import load_kpi_entry_points
+from pytest_lpb.run.plugins import described, load_kpi_entry_points
 
 
 def activate(config: pytest.Config, references: list[str]) -> None:
@@ -33,8 +34,10 @@ def activate(config: pytest.Config, references: list[str]) -> None:
     if not is_worker(config):
         # Tables and reports are the controller's business: workers start without pandas and the like.
         from pytest_lpb.plugin.controller import ControllerPlugin
+        from pytest_lpb.plugin.termination import TerminationPlugin
 
         manager.register(ControllerPlugin(session, config), "lpb-controller")
+        manager.register(TerminationPlugin(), "lpb-termination")
         if manager.hasplugin("xdist"):
             from pytest_lpb.plugin.crashes import CrashPlugin
 
@@ -67,7 +70,7 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
         run = new_run_folder(reports)
     return LpbSession(
         planners=find_planners(_from_folder(references, config), _planner_folders(config)),
-        references=dict(zip_names(references)),
+        references=_shown_references(_from_folder(references, config), config.invocation_params.dir),
         flags=tuple(part for part in PARTS if config.getoption(f"lpb_random_{part}")),
         first_seed=config.getoption("lpb_seed"),
         trials=config.getoption("lpb_trials"),
@@ -83,14 +86,18 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
     )
 
 
-def zip_names(references: list[str]) -> list[tuple[str, str]]:
-    """(name, reference) of each planner, as the name is derived from the reference."""
-    return [(_name(reference), reference) for reference in references]
-
-
-def _name(reference: str) -> str:
-    name, equals, _ = reference.partition("=")
-    return name if equals else Path(reference).stem if reference.endswith((".yaml", ".yml")) else reference
+def _shown_references(references: list[str], folder: Path) -> dict[str, str]:
+    """By planner name, the reference to type in a folder to choose the planner again."""
+    shown = {}
+    for reference in references:
+        name, equals, path = reference.partition("=")
+        if equals:
+            shown[name] = f"{name}={os.path.relpath(path, folder)}"
+        elif reference.endswith(SUFFIXES):
+            shown[Path(reference).stem] = os.path.relpath(reference, folder)
+        else:
+            shown[reference] = reference
+    return shown
 
 
 def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
@@ -102,7 +109,7 @@ def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
         name, equals, path = reference.partition("=")
         if equals:
             resolved.append(f"{name}={folder / path}")
-        elif reference.endswith((".yaml", ".yml")):
+        elif reference.endswith(SUFFIXES):
             resolved.append(str(folder / reference))
         else:
             resolved.append(reference)
@@ -123,11 +130,9 @@ def _planner_folders(config: pytest.Config) -> list[Path]:
 
 def _reports_folder(config: pytest.Config) -> Path:
     option, ini = config.getoption("lpb_reports"), config.getini("lpb_reports")
-    if option:
-        return Path(config.invocation_params.dir, option)
-    if ini:
-        return Path(_ini_folder(config), ini)
-    return Path(config.invocation_params.dir, "reports")
+    folder, given = (_ini_folder(config), ini) if ini and not option else (config.invocation_params.dir, option)
+    # The same folder must have the same path wherever it is met: `..` is taken out.
+    return Path(os.path.normpath(folder / (given or "reports")))
 
 
 def _load_plugins(config: pytest.Config) -> list[str]:
@@ -138,8 +143,11 @@ def _load_plugins(config: pytest.Config) -> list[str]:
     for module in modules:
         try:
             import_module(module)
-        except ImportError as error:
-            raise LpbError(f"lpb_plugins: cannot import {module!r}: {error}") from error
+        except LpbError:
+            raise
+        except Exception as error:
+            # A module may raise anything while it is imported.
+            raise LpbError(f"lpb_plugins: cannot import {module!r}: {described(error)}") from error
     return modules
 
 
@@ -159,4 +167,5 @@ def _workers(config: pytest.Config) -> int:
     """Processes that run trials at the same time."""
     if is_worker(config):
         return int(config.workerinput["workercount"])  # type: ignore[attr-defined] # xdist adds it
-    return max(1, len(getattr(config.option, "tx", None) or []))
+    specifications = [spec.partition("*") for spec in getattr(config.option, "tx", None) or []]
+    return max(1, sum(int(count) if star else 1 for count, star, _ in specifications))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Iterator
@@ -20,6 +21,8 @@ from pytest_lpb.scenario.draw import check_feasible, parts_drawn
 from pytest_lpb.scenario.load import Scenario, load_scenario
 
 SUFFIXES = (".yaml", ".yml")
+RESERVED_KEY = "all"  # run.summary.ALL: the scenario of rows over all scenarios
+KEYS: pytest.StashKey[dict[str, Path]] = pytest.StashKey()  # scenario key -> file
 
 # Tags that shipped scenarios use, registered as markers; users register their own in ini `markers`.
 STANDARD_TAGS = {
@@ -50,6 +53,7 @@ class CollectionPlugin:
         self._session = session
         self._named: set[Path] | None = None
         self._patterns: list[re.Pattern[str]] | None = None
+        self._shut: dict[Path, bool] = {}
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_ignore_collect(self, collection_path: Path, config: pytest.Config) -> bool | None:
@@ -59,24 +63,37 @@ class CollectionPlugin:
         return not any(named.is_relative_to(collection_path) for named in self._named_files(config)) or None
 
     def _is_shut(self, path: Path, config: pytest.Config) -> bool:
-        if path == config.rootpath or path.suffix in SUFFIXES or not path.is_dir():
-            return False
+        if path not in self._shut:
+            self._shut[path] = path != config.rootpath and path.is_dir() and self._is_private(path)
+        return self._shut[path]
+
+    def _is_private(self, path: Path) -> bool:
         return path.name.startswith(".") or path == self._session.reports or (path / RUN_FILE).is_file()
 
     def pytest_collect_file(self, file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
         """A scenario file for a YAML file that is named, or that matches `lpb_scenarios`."""
         if file_path.suffix not in SUFFIXES:
             return None
-        if file_path in self._named_files(parent.config) or self._matches(file_path, parent.config):
+        config = parent.config
+        if file_path in self._named_files(config) or (
+            self._matches(file_path, config) and not self._lies_in_shut(file_path, config)
+        ):
             node: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
             return node
         return None
 
+    def _lies_in_shut(self, path: Path, config: pytest.Config) -> bool:
+        """Whether a folder above is shut: pytest walks one that is named, or on the way to a file that is."""
+        return any(
+            self._is_shut(folder, config) for folder in path.parents if folder.is_relative_to(config.rootpath)
+        )
+
     def _named_files(self, config: pytest.Config) -> set[Path]:
         if self._named is None:
             folder = config.invocation_params.dir
-            paths = (Path(folder, argument.partition("::")[0]) for argument in config.args)
-            self._named = {path.absolute() for path in _normalised(paths) if path.suffix in SUFFIXES}
+            texts = (os.path.normpath(folder / argument.partition("::")[0]) for argument in config.args)
+            # pytest takes `..` out of paths in the same way, without looking at links.
+            self._named = {Path(text) for text in texts if text.endswith(SUFFIXES)}
         return self._named
 
     def _matches(self, path: Path, config: pytest.Config) -> bool:
@@ -89,11 +106,6 @@ class CollectionPlugin:
             # Without an ini file the rootdir is what the arguments share, perhaps a scenarios folder itself.
             candidates.append(path.as_posix())
         return any(pattern.fullmatch(text) for pattern in self._patterns for text in candidates)
-
-
-def _normalised(paths: Iterator[Path]) -> Iterator[Path]:
-    for path in paths:
-        yield Path(*path.absolute().parts) if ".." not in path.parts else path.resolve()
 
 
 def glob_pattern(glob: str) -> re.Pattern[str]:
@@ -129,6 +141,7 @@ class ScenarioFile(pytest.File):
     def _checked(self, options: LpbSession) -> Scenario:
         if not is_name(self.path.stem):
             raise ScenarioError(f"{self.path}: the file's name may have letters, digits, _ . - only; rename it")
+        self._claim_key(options)
         scenario = load_scenario(self.path)
         for name in scenario.success.criteria:
             try:
@@ -143,6 +156,15 @@ class ScenarioFile(pytest.File):
             configuration.parameters_for(scenario.concrete["robot"]["name"], scenario.concrete["robot"]["control"])
         self._warn_of_fixed_parts(scenario, options)
         return scenario
+
+    def _claim_key(self, options: LpbSession) -> None:
+        """Results are filed under the scenario's key: no two files may share one."""
+        key = options.scenario_key(self.path)
+        if key == RESERVED_KEY:
+            raise ScenarioError(f"{self.path}: {key!r} stands for all scenarios in tables; rename the file")
+        other = self.config.stash.setdefault(KEYS, {}).setdefault(key, self.path)
+        if other != self.path:
+            raise ScenarioError(f"{self.path}: scenario {key!r} is also the name of {other}; rename one of them")
 
     def _warn_of_fixed_parts(self, scenario: Scenario, options: LpbSession) -> None:
         fixed = set(options.flags) - set(parts_drawn(scenario, options.flags))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
 from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
+from pytest_lpb.report.plots import default_registry as plots
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
@@ -33,11 +35,14 @@ class ControllerPlugin:
         self._rates: list[RateVerdict] = []
         self._faults: list[str] = []
         self._progress: Progress | None = None
+        self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> None:
         """Without xdist: make the run folder once all scenarios are collected."""
-        if session.items and not self._config.option.collectonly and not session.testsfailed:
+        option = self._config.option
+        runs = option.continue_on_collection_errors or not session.testsfailed
+        if session.items and runs and not option.collectonly:
             self._begin([item.nodeid for item in session.items if isinstance(item, TrialItem)])
 
     @pytest.hookimpl(optionalhook=True)
@@ -56,7 +61,7 @@ class ControllerPlugin:
             "random": list(session.flags),
             "assert": session.assertion,
             "kpis": session.kpis,
-            "plugins": user_modules(session.modules),
+            "plugins": user_modules(session.modules, [plot.function for plot in plots if not plot.builtin]),
             "workers": session.workers,
             "rootdir": str(session.rootdir),
         }
@@ -73,9 +78,13 @@ class ControllerPlugin:
             self._progress.start(len(node_ids))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Count trials as they finish."""
+        """Count trials as they finish, each once: their first attempt counts."""
         result = trial_result(report)
-        if result is not None and self._progress is not None:
+        if result is None or self._progress is None:
+            return
+        key = (result["scenario"], result["planner"], result["seed"])
+        if key not in self._finished:
+            self._finished.add(key)
             self._progress.count(success=result["success"])
 
     @pytest.hookimpl(tryfirst=True)
@@ -84,29 +93,34 @@ class ControllerPlugin:
         if report.outcome != "passed" or report.when != "call":
             return None
         result = trial_result(report)
-        if result is None or result["success"] or hasattr(report, "wasxfail"):
+        if result is None or result["success"]:
             return None
         return "unsolved", "u", f"UNSOLVED ({result['outcome']})"
 
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+    @pytest.hookimpl(wrapper=True, trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Build tables once all workers have ended (none writes any more), and before pytest prints its summary."""
+        result = yield
+        if self._folder is not None:
+            self._conclude(session, self._folder)
+        return result
+
+    def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
-        if self._folder is None:
-            return
         # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
         from pytest_lpb.plugin.rates import judge_rates
         from pytest_lpb.report.build import write_results
         from pytest_lpb.run.evaluation import evaluate
 
         try:
-            evaluation = evaluate(self._folder, self._session.kpis)
-            self._data = write_results(evaluation, self._folder.path)
+            evaluation = evaluate(folder, self._session.kpis)
+            self._data = write_results(evaluation, folder.path)
         except LpbError as error:
             self._faults.append(str(error))
         else:
             self._faults += evaluation.warnings
             if self._session.assertion == "rate":
-                self._rates = judge_rates(evaluation.trials, self._folder)
+                self._rates = judge_rates(evaluation.trials, folder)
         bad = self._faults or any(not verdict.met for verdict in self._rates)
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -36,7 +36,7 @@ class CrashPlugin:
 
 def write_crash(session: LpbSession, node_id: str) -> None:
     """Write the zero-row file of a trial whose process died; items that are no trials are left alone."""
-    parts = node_id.split("::")
+    parts = node_id.partition("@")[0].split("::")  # --dist loadgroup adds @GROUP
     planner = next((p for p in session.planners if len(parts) == 3 and p.name == parts[1]), None)
     if planner is None or not parts[2].removeprefix("seed").isdigit():
         return

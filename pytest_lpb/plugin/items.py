@@ -92,12 +92,15 @@ class TrialItem(pytest.Item):
         options = session_of(self.config)
         self.trajectory = trajectory = self._run()
         write_trial(options.run, trajectory)
-        if trajectory.metadata["success"] or not self._fails(trajectory.outcome):
+        if trajectory.metadata["success"]:
+            return
+        expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
+        known = expected and not self.config.option.runxfail
+        if not known and not self._fails(trajectory.outcome):
             return
         text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
         if trajectory.metadata["details"]:
             text = f"{trajectory.metadata['details'].rstrip()}\n{text}"
-        expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
         raise (ExpectedTrialFailure if expected else TrialFailure)(f"{trajectory.outcome}: {text}")
 
     def _fails(self, outcome: str) -> bool:

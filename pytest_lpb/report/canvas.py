@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 WIDTH = 420.0  # [px]
 MAX_PLOT_HEIGHT = 420.0  # [px]
 MIN_PLOT_HEIGHT = 110.0  # [px]
-LEFT, RIGHT, TOP, BOTTOM = 46.0, 10.0, 8.0, 40.0  # [px] room for labels
+LEFT, RIGHT, TOP, BOTTOM = 56.0, 10.0, 8.0, 40.0  # [px] room for labels
 MAX_PATH_POINTS = 240
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import sys
-from collections.abc import Iterable, Mapping
+import traceback
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from pytest_lpb.errors import KpiError
+from pytest_lpb.kpis.definition import innermost
 from pytest_lpb.kpis.registry import default_registry
 
 ENTRY_POINT_GROUP = "pytest_lpb.kpis"
@@ -26,49 +29,84 @@ def load_kpi_entry_points() -> None:
             raise KpiError(f"entry point {point.name!r} of {ENTRY_POINT_GROUP}: {error}") from error
 
 
-def user_modules(also: Iterable[str] = ()) -> list[dict[str, str]]:
-    """Modules of users that registered KPIs, and `also`; each with its file, to load it again elsewhere."""
-    names = dict.fromkeys([*also, *(kpi.module for kpi in default_registry)])
-    return [
-        {"module": name, "file": str(getattr(sys.modules.get(name), "__file__", "") or "")}
-        for name in names
-        if name.partition(".")[0] != OWN_PACKAGE
-    ]
+def user_modules(also: Iterable[str] = (), plots: Iterable[Callable[..., Any]] = ()) -> list[dict[str, str]]:
+    """Modules of users that registered KPIs or `plots`, and `also`; each with its file, to load it again elsewhere."""
+    found = {(name, _file_of_module(name)): None for name in also}
+    for function in (*(kpi.function for kpi in default_registry), *plots):
+        origin = innermost(function)
+        # Two conftest.py files are both called `conftest`: the code knows its file, sys.modules only the last one.
+        code = getattr(origin, "__code__", None)
+        file = str(Path(code.co_filename).resolve()) if code else _file_of_module(origin.__module__)
+        found[origin.__module__, file] = None
+    return [{"module": name, "file": file} for name, file in found if name.partition(".")[0] != OWN_PACKAGE]
+
+
+def _file_of_module(name: str) -> str:
+    file = getattr(sys.modules.get(name), "__file__", None)
+    return str(Path(file).resolve()) if file else ""
 
 
 def load_user_modules(recorded: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Load the modules that a run recorded; warnings for those that are gone."""
+    """Load the modules that a run recorded; warnings for those that are gone or cannot be imported any more."""
     warnings = []
     for entry in recorded:
         name, file = entry["module"], entry["file"]
-        if name in sys.modules:
+        if name in sys.modules and _file_of_module(name) == file:
             continue
-        if Path(file).is_file():
-            load_file(Path(file), name)
-        else:
-            try:
+        try:
+            if Path(file).is_file():
+                _import_from(Path(file), name)
+            else:
                 import_module(name)
-            except ImportError as error:
-                warnings.append(f"KPIs of module {name!r} are left out: {error}; name it with --plugin")
+        except Exception as error:
+            # A module may raise anything while it is imported.
+            warnings.append(f"module {name!r} and its KPIs are left out: {described(error)}; name it with --plugin")
     return warnings
+
+
+def _import_from(file: Path, name: str) -> None:
+    """Import a module from its file; what lies beside it, or beside its package, can be imported from it."""
+    if name in sys.modules:
+        load_file(file, f"{name}_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}")
+        return
+    root = str(file.parents[name.count(".") + (file.name == "__init__.py")])
+    if root not in sys.path:
+        sys.path.insert(0, root)
+    import_module(name)
 
 
 def load_plugin(reference: str) -> None:
     """Import a module by its name, or by the path of its file. Raises KpiError when that fails."""
-    if reference.endswith(".py"):
-        load_file(Path(reference), Path(reference).stem)
-        return
     try:
-        import_module(reference)
-    except ImportError as error:
-        raise KpiError(f"--plugin: cannot import {reference!r}: {error}") from error
+        if reference.endswith(".py"):
+            load_file(Path(reference), Path(reference).stem)
+        else:
+            import_module(reference)
+    except KpiError:
+        raise
+    except Exception as error:
+        # A module may raise anything while it is imported.
+        raise KpiError(f"--plugin: cannot import {reference!r}: {described(error)}") from error
 
 
 def load_file(path: Path, name: str) -> None:
-    """Import a Python file as a module. Raises KpiError when it cannot be read."""
+    """Import a Python file as a module. Raises KpiError when there is none, and whatever the module raises."""
     specification = importlib.util.spec_from_file_location(name, path)
     if specification is None or specification.loader is None or not path.is_file():
         raise KpiError(f"cannot load KPIs from {path}: it is no Python file")
     module = importlib.util.module_from_spec(specification)
     sys.modules[name] = module
-    specification.loader.exec_module(module)
+    try:
+        specification.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+
+
+def described(error: BaseException) -> str:
+    """An exception in one line: its type unless it is an ImportError, and the file and line that raised it."""
+    text = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).is_file()]
+    if isinstance(error, ImportError | SyntaxError) or not frames:
+        return text
+    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})"

@@ -23,7 +23,7 @@ _SAME = 0.1  # configurations nearer than this count as one [rad or m]
 def goal_configurations(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray) -> list[FloatArray]:
     """Joint positions within limits at which all sub-goals are within tolerance at t = 0; empty: none found.
 
-    Points and bases have one guess only, their goals being positions they can take directly.
+    Points have one guess only, their goals being positions they can take directly.
     """
     assert isinstance(robot, PlanarRobot)
     limits = robot.limits.position
@@ -40,6 +40,8 @@ def goal_configurations(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArr
 
 def _guesses(robot: Robot, start_q: FloatArray) -> list[FloatArray]:
     """The start, then a fixed sequence within limits (revolute joints within ±pi)."""
+    if "revolute" not in robot.joint_types:
+        return [np.array(start_q, dtype=float)]
     generator = np.random.Generator(np.random.PCG64(0))
     limits = robot.limits.position
     lower = np.maximum(limits[:, 0], -np.pi)

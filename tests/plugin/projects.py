@@ -91,9 +91,8 @@ class Project:
     @staticmethod
     def _arguments(arguments: tuple[str | Path, ...], planners: str | None, fast: bool) -> list[str | Path]:
         chosen = [] if planners is None else [f"--lpb-planners={planners}", *([FAST] if fast else [])]
-        given = [*chosen, *arguments]
         # The option that comes last holds, so a test may name KPIs of its own.
-        return given
+        return [*chosen, *arguments]
 
     def runs(self, reports: str = "reports") -> list[Path]:
         """Run folders, the oldest first."""

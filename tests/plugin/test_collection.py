@@ -73,7 +73,7 @@ def test_exitfirst_stops_after_the_first_failure(both: Project) -> None:
 def test_registered_tags_pass_strict_markers(both: Project) -> None:
     both.ini("markers =", "    bookshelf: a shelf")
     both.scenario("scenarios/point/z.yaml", UNSOLVED.replace("[planar]", "[bookshelf]"))
-    assert len(collected(both, "--strict-markers", "scenarios")) == 10
+    assert len(collected(both, "--strict-markers", "scenarios")) == 12
 
 
 def test_unknown_tags_are_errors_under_strict_markers(both: Project) -> None:

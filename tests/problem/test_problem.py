@@ -93,7 +93,9 @@ def test_a_problem_is_its_dictionary(robot: Entry) -> None:
 
 
 def test_settings() -> None:
-    problem = make_problem(dt=0.1, duration=2.0, success={"hold_time": 0.25, "rate": ">= 0.8", "clearance_min_m": ">= 0"})
+    problem = make_problem(
+        dt=0.1, duration=2.0, success={"hold_time": 0.25, "rate": ">= 0.8", "clearance_min_m": ">= 0"}
+    )
     assert (problem.steps, problem.hold_rows, problem.dimension) == (20, 3, 2)
     assert problem.times[-1] == pytest.approx(2.0)
     assert problem.criteria == {"clearance_min_m": ">= 0"}
