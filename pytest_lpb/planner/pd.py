@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.task import Task, damped_inverse
 
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
 
 class PD(Planner):
-    """action = p e + k de: e is the goal's error, brought from the sub-goals' spaces to the robot's actuated velocities.
+    """action = p e + k de: e is the goal's error, brought from the sub-goals' spaces to the actuated velocities.
 
     A joint goal gives the law in joint space. Redundant joints, which the goal says nothing about, are damped by k.
     """
@@ -22,10 +27,14 @@ class PD(Planner):
         """Gains of the law; `derivative: difference` is localPlannerBench's, with e_previous = 0 at the first call."""
 
         p: float = 1.0  # [1/s^2]; velocity control: [1/s]
-        k: float = 2.0  # [1/s]; velocity control: [-]
+        k: float = 2.0  # [1/s]; velocity control: [-], below 1 for the law to be stable
         derivative: Literal["velocity", "difference"] = "velocity"
-        damping: float = 0.1  # of the inverse Jacobian [m]; must be above 0 where an arm can be singular
-        lookahead: float = 0.3  # a non-holonomic base is steered by the point this far ahead of it [m]
+        damping: Annotated[float, Field(ge=0.0)] = (
+            0.1  # of the inverse Jacobian [m]; must be above 0 where an arm can be singular
+        )
+        lookahead: Annotated[float, Field(gt=0.0)] = (
+            0.3  # a non-holonomic base is steered by the point this far ahead of it [m]
+        )
 
     parameters: Parameters
 

@@ -9,13 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fields import ControlPoints, ObstacleField, SelfDistances
 from pytest_lpb.planner.task import Task, damped_inverse
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 
 NOTHING = (np.zeros((0, 2, 0)), np.zeros((0, 2)))  # no points, no forces
 SMALL = 1e-9  # [m] two points nearer than this push each other nowhere
@@ -33,19 +37,19 @@ class PotentialField(Planner):
     class Parameters:
         """Gains of the attraction (stiffness, damping, speed) and of the repulsion (repulsion, influence)."""
 
-        stiffness: float = 4.0  # k_p of the goal [1/s^2]
-        damping: float = 4.0  # k_v [1/s]
-        speed: float = 1.0  # largest speed a sub-goal asks for [m/s or rad/s]
-        repulsion: float = 0.01  # eta of obstacles [m^4/s^2]
-        influence: float = 0.4  # distance rho_0 from which an obstacle repels [m]
-        self_influence: float = 0.15  # rho_0 of the robot's own bodies [m]
-        closest: float = 0.05  # distances are not taken smaller than this, to bound the force [m or rad]
-        limit_repulsion: float = 0.001  # eta of position limits [rad^4/s^2 or m^4/s^2]
-        limit_influence: float = 0.2  # rho_0 of position limits [rad or m]
-        joint_damping: float = 2.0  # of motions the goal says nothing about [1/s]
-        regularisation: float = 0.1  # of Lambda, for singular arms [m]
-        spacing: float = 0.1  # largest distance between control points along a link [m]
-        lookahead: float = 0.3  # a non-holonomic base is steered by the point this far ahead of it [m]
+        stiffness: NotNegative = 4.0  # k_p of the goal [1/s^2]
+        damping: Positive = 4.0  # k_v [1/s]
+        speed: Positive = 1.0  # largest speed a sub-goal asks for [m/s or rad/s]
+        repulsion: NotNegative = 0.01  # eta of obstacles [m^4/s^2]
+        influence: Positive = 0.4  # distance rho_0 from which an obstacle repels [m]
+        self_influence: Positive = 0.15  # rho_0 of the robot's own bodies [m]
+        closest: Positive = 0.05  # distances are not taken smaller than this, to bound the force [m or rad]
+        limit_repulsion: NotNegative = 0.001  # eta of position limits [rad^4/s^2 or m^4/s^2]
+        limit_influence: Positive = 0.2  # rho_0 of position limits [rad or m]
+        joint_damping: NotNegative = 2.0  # of motions the goal says nothing about [1/s]
+        regularisation: Positive = 0.1  # of Lambda, for singular arms [m]
+        spacing: Positive = 0.1  # largest distance between control points along a link [m]
+        lookahead: Positive = 0.3  # a non-holonomic base is steered by the point this far ahead of it [m]
 
     parameters: Parameters
 

@@ -6,8 +6,6 @@ import signal
 import threading
 from types import FrameType
 
-import pytest
-
 
 class TerminationPlugin:
     """Turns the first SIGTERM into a KeyboardInterrupt while a session is on; a second one ends the process."""

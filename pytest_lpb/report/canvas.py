@@ -49,7 +49,8 @@ class Canvas:
     def disc(self, centre: FloatArray, radius: float) -> str:
         """SVG path of a circle with centre (2,) [m] and radius [m]."""
         x, y = self.pixels(centre[None, :])[0]
-        r = max(radius * self.scale, 0.1)
+        # Rounded once: two half circles whose chord is not exactly their diameter are no circle.
+        r = round(max(radius * self.scale, 0.1), 1)
         half = f"a{r:.1f} {r:.1f} 0 1 0"
         return f"M{x - r:.1f} {y:.1f}{half} {2 * r:.1f} 0{half} {-2 * r:.1f} 0Z"
 

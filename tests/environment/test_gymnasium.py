@@ -151,7 +151,7 @@ def test_observations_are_the_callers_own(write: Write) -> None:
 
 def test_two_environments_side_by_side(write: Write) -> None:
     vector = gymnasium.make_vec("lpb/Scenario-v0", num_envs=2, vectorization_mode="sync", scenario=str(write(family())))
-    observation, _ = vector.reset(seed=[3, 4])
+    observation, _ = vector.reset(seed=[3, 4])  # type: ignore[arg-type] # narrower than gymnasium's documentation
     single = ScenarioEnvironment(write(family()))
     for index, seed in enumerate((3, 4)):
         alone, _ = single.reset(seed=seed)
@@ -216,7 +216,7 @@ def test_a_problem_among_the_options(write: Write) -> None:
         environment.reset(options={"problem": crowd})
     with pytest.raises(LpbError, match="observations or actions differ"):
         environment.reset(options={"problem": make_problem()})
-    with pytest.raises(LpbError, match="a pytest_lpb.Problem is needed"):
+    with pytest.raises(LpbError, match=r"a pytest_lpb\.Problem is needed"):
         environment.reset(options={"problem": {"robot": 1}})
     environment.step(np.zeros(2))  # what was refused has changed nothing
     assert environment.problem is problem
@@ -229,7 +229,7 @@ def test_wrong_arguments(write: Write, tmp_path: Path) -> None:
         ScenarioEnvironment(write(family()), problem=make_problem())
     with pytest.raises(LpbError, match="render_mode 'ascii' is unknown; allowed: human, rgb_array, None"):
         ScenarioEnvironment(write(family()), render_mode="ascii")
-    with pytest.raises(ScenarioError, match="missing.yaml:1: cannot be read"):
+    with pytest.raises(ScenarioError, match=r"missing\.yaml:1: cannot be read"):
         ScenarioEnvironment(tmp_path / "missing.yaml")
 
 

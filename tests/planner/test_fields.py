@@ -11,7 +11,7 @@ from pytest_lpb.planner.task import point_on_link
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.planar.shapes import SHAPES
 
-from .problems import CART, POINT, Array, Entry, arm, circle, observed, problem_of, reach, rectangle
+from .problems import CART, POINT, Array, Entry, arm, circle, problem_of, reach, rectangle
 
 COORDINATE = st.floats(-3.0, 3.0)
 LENGTH = st.floats(0.05, 2.0)
@@ -38,7 +38,7 @@ def distances(entries: list[Entry], points: list[tuple[float, float]]) -> tuple[
 
 def exact(entry: Entry, x: float, y: float) -> float:
     shape = SHAPES[entry["shape"]](entry)
-    shape.place(*entry["position"], entry["orientation"])
+    shape.place(entry["position"][0], entry["position"][1], entry["orientation"])
     return shape.distance_to_segment(x, y, x, y)
 
 

@@ -21,9 +21,15 @@ def clearances(robot: PlanarRobot, q: list[float], obstacles: list[Entry]) -> tu
     collision = PlanarCollision(robot, items)
     for shape, item in zip(collision.shapes, items, strict=True):
         positions, angles = item.poses(np.zeros(1))
-        shape.place(*positions[0].tolist(), float(angles[0]))
+        shape.place(float(positions[0, 0]), float(positions[0, 1]), float(angles[0]))
     capsules = collision.capsules(robot.frames(q))
     return collision.clearance(capsules), collision.self_clearance(capsules)
+
+
+def names(found: Clearance, distance: float) -> tuple[str, str]:
+    """The body and the obstacle, or other body, of a clearance that has this distance."""
+    assert found[0] == pytest.approx(distance)
+    return found[1:]
 
 
 def test_bodies() -> None:
@@ -48,31 +54,31 @@ def test_spheres_at_the_link_frames() -> None:
     assert [body.name for body in robot.collision_bodies] == list(robot.link_names)
     assert all(body.capsules == ((0.0, 0.0, 0.0, 0.0, 0.2),) for body in robot.collision_bodies)
     # Stretched along x, frames at 0, 0, 1, 1.5, 2.3: an obstacle beside the middle of link1 is 0.5 from two of them.
-    (distance, body, _), _ = clearances(robot, [0.0, 0.0, 0.0], [circle(0.5, 0.0, 0.1)])
-    assert (distance, body) == (pytest.approx(0.5 - 0.2 - 0.1), "base")
+    found, _ = clearances(robot, [0.0, 0.0, 0.0], [circle(0.5, 0.0, 0.1)])
+    assert names(found, 0.5 - 0.2 - 0.1) == ("base", "disc")
 
 
 def test_own_spheres() -> None:
     spheres = {"link1": [[0.5, 0.1, 0.0, 0.05], [0.9, 0.0, 0.0, 0.1]], "end": [[0.0, 0.0, 0.0, 0.2]]}
     robot = make_robot(ARM, collision={"spheres": spheres})
     assert [body.name for body in robot.collision_bodies] == ["link1", "end"]
-    (distance, body, _), _ = clearances(robot, [pi / 2, 0.0, 0.0], [circle(-0.1, 0.2, 0.05)])
-    assert (distance, body) == (pytest.approx(0.3 - 0.05 - 0.05), "link1")
+    found, _ = clearances(robot, [pi / 2, 0.0, 0.0], [circle(-0.1, 0.2, 0.05)])
+    assert names(found, 0.3 - 0.05 - 0.05) == ("link1", "disc")
 
 
 def test_a_clearance_names_the_nearest_body_and_obstacle() -> None:
     robot = make_robot(ARM)
     near, far = circle(2.3, 0.6, 0.1, "near"), circle(0.0, 5.0, 0.1, "far")
-    assert clearances(robot, [0.0] * 3, [far, near])[0] == (pytest.approx(0.6 - 0.1 - 0.05), "link3", "near")
-    assert clearances(robot, [pi, 0.0, 0.0], [far, WALL])[0] == (pytest.approx(2.9 - 0.05), "base", "wall")
-    assert clearances(robot, [0.0] * 3, [WALL])[0] == (pytest.approx(2.9 - 2.3 - 0.05), "link3", "wall")
+    assert names(clearances(robot, [0.0] * 3, [far, near])[0], 0.6 - 0.1 - 0.05) == ("link3", "near")
+    assert names(clearances(robot, [pi, 0.0, 0.0], [far, WALL])[0], 2.9 - 0.05) == ("base", "wall")
+    assert names(clearances(robot, [0.0] * 3, [WALL])[0], 2.9 - 2.3 - 0.05) == ("link3", "wall")
 
 
 def test_penetration_is_negative() -> None:
     # The wall's near side lies at x = 2.9.
     robot = make_robot(POINT)
-    (distance, body, obstacle), _ = clearances(robot, [2.8, 0.0], [WALL])
-    assert (distance, body, obstacle) == (pytest.approx(0.1 - 0.2), "body", "wall")
+    found, _ = clearances(robot, [2.8, 0.0], [WALL])
+    assert names(found, 0.1 - 0.2) == ("body", "wall")
     (distance, _, _), _ = clearances(robot, [3.0, 0.0], [WALL])
     assert distance == pytest.approx(-0.1 - 0.2)
 

@@ -1,0 +1,83 @@
+"""The scenarios that ship with the package: right, feasible, described, and drawn alike whatever else they say."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from pytest_lpb.plugin.collection import STANDARD_TAGS
+from pytest_lpb.scenario.draw import check_feasible, draw_problem
+from pytest_lpb.scenario.feasibility import FreeSpace
+from pytest_lpb.scenario.load import Scenario, load_scenario
+from pytest_lpb.shipped import shipped_folder
+
+FOLDER = shipped_folder("scenarios")
+PATHS = sorted(FOLDER.rglob("*.yaml"))
+MODELS = {"point": "point", "planar_arm": "arm", "differential_drive": "differential_drive"}
+
+pytestmark = pytest.mark.filterwarnings("error")
+each_path = pytest.mark.parametrize(
+    "path", PATHS, ids=[path.relative_to(FOLDER).with_suffix("").as_posix() for path in PATHS]
+)
+
+
+def test_there_are_scenarios_of_every_robot() -> None:
+    assert {path.parent.name for path in PATHS} >= set(MODELS)
+    assert len(PATHS) >= 20
+
+
+@each_path
+def test_it_is_described_and_tagged_by_what_it_holds(path: Path) -> None:
+    scenario = load_scenario(path)
+    entry = scenario.concrete
+    assert scenario.description.endswith(".")
+    assert set(scenario.tags) <= set(STANDARD_TAGS)
+    assert {"planar", MODELS[entry["robot"]["model"]]} <= set(scenario.tags)
+    assert ("random" in scenario.tags) == bool(scenario.draw)
+    assert ("velocity" in scenario.tags) == (entry["robot"]["control"] == "velocity")
+    moves = any("target" not in goal for goal in entry["goal"] if goal["type"] != "alignment")
+    moves = moves or any("position" not in obstacle for obstacle in entry["obstacles"])
+    assert ("moving" in scenario.tags, "static" in scenario.tags) == (moves, not moves)
+
+
+@each_path
+def test_random_ones_have_several_trials_and_others_one(path: Path) -> None:
+    scenario = load_scenario(path)
+    assert 5 <= scenario.trials <= 10 if scenario.draw else scenario.trials == 1
+
+
+@each_path
+def test_it_is_feasible_also_when_all_its_ranges_are_drawn_from(path: Path) -> None:
+    scenario = load_scenario(path)
+    check_feasible(scenario)
+    for seed in range(3):
+        for flags in ((), ("start", "goal", "obstacles")):
+            problem = draw_problem(scenario, seed, flags)
+            assert FreeSpace(problem.robot, problem.obstacles).free(problem.start_q.tolist(), 0.0)
+
+
+def hashes(scenario: Scenario) -> list[str]:
+    return [draw_problem(scenario, seed).problem_hash for seed in range(3)]
+
+
+@each_path
+def test_problems_do_not_depend_on_comments_tags_and_known_failures(path: Path, tmp_path: Path) -> None:
+    data = yaml.safe_load(path.read_text())
+    data |= {"tags": ["other"], "xfail": {"mine": "no reason"}, "description": "Another.", "trials": 3}
+    changed = tmp_path / path.name
+    changed.write_text("# another comment\n" + yaml.safe_dump(data))
+    scenario = load_scenario(path)
+    assert hashes(load_scenario(changed)) == hashes(scenario)
+    assert len(set(hashes(scenario))) == (3 if scenario.draw else 1)
+
+
+@each_path
+def test_known_failures_name_shipped_planners_and_seeds_that_run(path: Path) -> None:
+    scenario = load_scenario(path)
+    seeds = range(scenario.seed, scenario.seed + scenario.trials)
+    for planner, known in scenario.xfail.items():
+        assert (shipped_folder("planners") / f"{planner}.yaml").is_file()
+        assert known.reason
+        assert known.outcomes
+        assert set(known.seeds or seeds) <= set(seeds)
+        assert not set(known.outcomes) & {"success", "planner_error", "environment_error", "deadline", "worker_crash"}
