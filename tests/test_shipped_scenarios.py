@@ -1,5 +1,6 @@
 """The scenarios that ship with the package: right, feasible, described, and drawn alike whatever else they say."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -81,3 +82,19 @@ def test_known_failures_name_shipped_planners_and_seeds_that_run(path: Path) -> 
         assert known.outcomes
         assert set(known.seeds or seeds) <= set(seeds)
         assert not set(known.outcomes) & {"success", "planner_error", "environment_error", "deadline", "worker_crash"}
+
+
+def test_the_page_on_scenarios_lists_each_and_its_example_loads(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs/scenarios.md").read_text("utf-8")
+    rows = re.findall(r"^\| `([^`]+)` \| ([^|]+) \| (\d+) \|", page, re.MULTILINE)
+    shipped = []
+    for path in PATHS:
+        scenario = load_scenario(path)
+        tags = ", ".join(tag for tag in scenario.tags if tag != "planar")
+        shipped.append((path.relative_to(FOLDER).with_suffix("").as_posix(), tags, str(scenario.trials)))
+    assert sorted(rows) == sorted(shipped)
+    example = tmp_path / "example.yaml"
+    example.write_text(page.split("```yaml\n")[1].split("```")[0])
+    scenario = load_scenario(example)
+    check_feasible(scenario)
+    draw_problem(scenario, 0)

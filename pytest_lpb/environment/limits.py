@@ -14,8 +14,8 @@ class ActionLimits:
     """Velocity and acceleration limits of the actuated velocities, as scalars for the trial loop.
 
     Under acceleration control the action is clipped to the acceleration limits, then reduced so that the velocity
-    stays within its limits at the end of the step, as far as the acceleration limits allow. Under velocity control the action is clipped to the velocity
-    limits, then its change to what the acceleration limits allow within a step.
+    stays within its limits at the end of the step, as far as the acceleration limits allow. Under velocity control the
+    action is clipped to the velocity limits, then its change to what the acceleration limits allow within a step.
     """
 
     def __init__(self, robot: Robot, dt: float) -> None:

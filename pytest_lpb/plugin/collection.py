@@ -78,7 +78,8 @@ class CollectionPlugin:
         if file_path in self._named_files(config) or (
             self._matches(file_path, config) and not self._lies_in_shut(file_path, config)
         ):
-            node: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
+            node_id = self._session.node_id_of(file_path)
+            node: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path, nodeid=node_id)
             return node
         return None
 

@@ -55,7 +55,7 @@ class ControllerPlugin:
         if self._folder is not None or not node_ids:
             return
         session = self._session
-        files = {Path(session.rootdir, node_id.partition("::")[0]) for node_id in node_ids}
+        files = set(map(session.file_of, node_ids))
         options = {
             "seeds": {"first": session.first_seed, "trials": session.trials},
             "random": list(session.flags),

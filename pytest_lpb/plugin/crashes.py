@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -40,7 +39,7 @@ def write_crash(session: LpbSession, node_id: str) -> None:
     planner = next((p for p in session.planners if len(parts) == 3 and p.name == parts[1]), None)
     if planner is None or not parts[2].removeprefix("seed").isdigit():
         return
-    path = Path(session.rootdir, parts[0])
+    path = session.file_of(node_id)
     key = session.scenario_key(path)
     seed = int(parts[2].removeprefix("seed"))
     scenario = load_scenario(path)

@@ -49,6 +49,14 @@ class LpbSession:
         digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
         return f"{path.stem}-{digest}"
 
+    def node_id_of(self, path: Path) -> str:
+        """A scenario file's node id: its path from the rootdir; pytest's own is empty for a file outside of it."""
+        return Path(os.path.relpath(path, self.rootdir)).as_posix()
+
+    def file_of(self, node_id: str) -> Path:
+        """The scenario file of a node id, or of a trial's."""
+        return Path(os.path.normpath(self.rootdir / node_id.partition("::")[0]))
+
     def repeat_command(self, path: Path, planner: str, seed: int) -> str:
         """The command that runs one trial again, from the invocation directory."""
         node_id = f"{Path(os.path.relpath(path, self.invocation)).as_posix()}::{planner}::seed{seed}"

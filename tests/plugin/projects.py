@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -63,7 +64,10 @@ class Project:
 
     def run(self, *arguments: str | Path, planners: str | None = "pd", fast: bool = True) -> pytest.RunResult:
         """Run pytest in this process."""
-        return self.pytester.runpytest_inprocess(*self._arguments(arguments, planners, fast))
+        with warnings.catch_warnings():
+            # The run is not to inherit that warnings are errors in the run of these tests.
+            warnings.simplefilter("default")
+            return self.pytester.runpytest_inprocess(*self._arguments(arguments, planners, fast))
 
     def run_workers(
         self, *arguments: str | Path, planners: str | None = "pd", workers: int = 2

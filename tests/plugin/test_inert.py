@@ -48,7 +48,7 @@ def stranger(project: Project) -> Project:
     ids=" ".join,
 )
 def test_a_project_without_planners_notices_nothing(stranger: Project, arguments: tuple[str, ...]) -> None:
-    result = stranger.pytester.runpytest_subprocess("-p", "no:hypothesispytest", "-v", *arguments)
+    result = stranger.pytester.runpytest_subprocess("-p", "no:hypothesispytest", *arguments)
     assert result.ret == 0, text_of(result)
     if "no:terminal" not in arguments:
         result.assert_outcomes(passed=2)

@@ -1,0 +1,132 @@
+"""What a trial says of itself in one sentence, and the criteria of success."""
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import pytest
+from problem.entries import ARM, POINT, circle, position_goal
+
+from pytest_lpb.errors import KpiError
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS
+from pytest_lpb.trial.trial import run_trial
+
+from .specifications import run, specification
+
+MOVER = {**POINT, "control": "velocity"}
+
+
+def message(planner: str = "Constant", parameters: Any = None, **problem: Any) -> str:
+    trajectory = run(planner, parameters, **{"robot": MOVER, **problem})
+    assert trajectory.outcome in OUTCOMES
+    text: str = trajectory.metadata["message"]
+    return text
+
+
+def test_success() -> None:
+    goal = [position_goal([0.5, 0.0], tolerance=0.12)]
+    assert message(goal=goal, success={"hold_time": 0.1}) == "reached the goal after 0.4 s"
+    near = message(goal=goal, success={"hold_time": 0.1}, obstacles=[circle(0.0, 1.5, 0.4)])
+    assert near == "reached the goal after 0.4 s; closest obstacle 'disc' at 0.90 m"
+
+
+def test_timeout() -> None:
+    text = message(goal=[position_goal([5.0, 0.0])], obstacles=[circle(0.0, 1.0, 0.3)])
+    assert text == "reached 4.00 m from the goal (tolerance 0.10 m) after 1.0 s; closest obstacle 'disc' at 0.50 m"
+
+
+def test_stalled() -> None:
+    text = message("Still", goal=[position_goal([5.0, 0.0])], duration=6.0)
+    assert text == "came to a standstill 5.00 m from the goal (tolerance 0.10 m) after 6.0 s"
+
+
+def test_collision() -> None:
+    text = message(goal=[position_goal([5.0, 0.0])], obstacles=[circle(1.02, 0.0, 0.5)])
+    assert text.startswith("'body' hit obstacle 'disc' at t = 0.35 s (0.03 m deep), ")
+    assert text.endswith("4.65 m from the goal (tolerance 0.10 m)")
+
+
+def test_self_collision() -> None:
+    arm = {**ARM, "links": [1.0, 1.0, 1.0]}
+    text = message("Still", robot=arm, q=[0.0, 0.95 * pi, 0.95 * pi])
+    assert text.startswith("'link1' hit 'link3' at t = 0 s (")
+
+
+def test_joint_limit() -> None:
+    text = message(robot={**MOVER, "limits": {"position": [[-1.0, 0.42], None]}}, goal=[position_goal([5.0, 0.0])])
+    assert text.startswith("joint 'x' at 0.45 left its limits [-1, 0.42] at t = 0.45 s, 4.55 m from the goal")
+
+
+def test_other_sub_goals_are_named_when_missed() -> None:
+    goal = [position_goal([1.0, 0.0]), position_goal([1.0, 3.0], name="other"), position_goal([1.0, 0.0], name="fine")]
+    text = message(goal=goal, duration=1.0)
+    assert "0.00 m from the goal (tolerance 0.10 m) and 3.00 m from 'other' (tolerance 0.10 m) after" in text
+    assert "fine" not in text
+
+
+def test_criteria_that_are_met() -> None:
+    trajectory = run(
+        "Constant",
+        robot=MOVER,
+        goal=[position_goal([0.5, 0.0], tolerance=0.12)],
+        obstacles=[circle(0.0, 1.5, 0.4)],
+        success={"hold_time": 0.1, "clearance_min_m": ">= 0.89", "time_to_goal_s": "< 0.41"},
+    )
+    assert trajectory.metadata["success"] is True
+    assert trajectory.metadata["failed_criteria"] == []
+
+
+def test_criteria_that_are_not_met() -> None:
+    trajectory = run(
+        "Constant",
+        robot=MOVER,
+        goal=[position_goal([0.5, 0.0], tolerance=0.12)],
+        success={"hold_time": 0.1, "clearance_min_m": ">= 0.02", "time_to_goal_s": "<= 0.3", "path_length_m": "> 0"},
+    )
+    assert trajectory.outcome == "success"
+    assert trajectory.metadata["success"] is False
+    # Without obstacles there is no clearance, and what does not apply cannot be met.
+    assert trajectory.metadata["failed_criteria"] == [
+        "time_to_goal_s <= 0.3 (0.4)",
+        "clearance_min_m >= 0.02 (nan)",
+    ]
+    assert trajectory.metadata["message"].endswith(
+        "; but not time_to_goal_s <= 0.3 (0.4), clearance_min_m >= 0.02 (nan)"
+    )
+
+
+def test_criteria_do_not_speak_of_failures() -> None:
+    trajectory = run("Still", success={"clearance_min_m": ">= 9"})
+    assert trajectory.metadata["failed_criteria"] == []
+    assert trajectory.metadata["success"] is False
+
+
+def test_an_unknown_criterion() -> None:
+    with pytest.raises(KpiError, match="clearance_mini_m"):
+        run(
+            "Constant",
+            robot=MOVER,
+            goal=[position_goal([0.5, 0.0])],
+            success={"hold_time": 0, "clearance_mini_m": "> 1"},
+        )
+
+
+def test_software_faults_are_outcomes() -> None:
+    assert set(SOFTWARE_FAULTS) < set(OUTCOMES)
+
+
+@pytest.mark.parametrize("contended", [True, False])
+def test_timing_criteria_count_only_when_timing_can_be_trusted(
+    contended: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Trajectory, "timing_contended", contended)
+    success = {"hold_time": 0.1, "solver_time_max_ms": "< 0", "path_length_m": "> 0"}
+    metadata = run("Constant", robot=MOVER, goal=[position_goal([0.5, 0.0])], success=success).metadata
+    assert metadata["success"] is contended
+    assert len(metadata["failed_criteria"]) == (0 if contended else 1)
+
+
+def test_more_workers_than_cores_contend() -> None:
+    made = specification("Constant", robot=MOVER)
+    assert run_trial(replace(made, workers=100_000)).timing_contended
