@@ -24,6 +24,7 @@ MAX_DEPTH = 32
 
 # libyaml's parser gives the same events with the same marks, about ten times as fast.
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+SCENARIO = "a scenario is a mapping that begins with `version: 1`"
 _NOT_PRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -52,18 +53,19 @@ class Document:
         return place.line
 
 
-def read_yaml(content: bytes, name: str) -> Document:
+def read_yaml(content: bytes, name: str, expected: str = SCENARIO) -> Document:
     """Read one YAML document whose top level is a mapping.
 
     Args:
         content: the file's bytes.
         name: what to call the file in messages.
+        expected: what the file should be, for messages.
 
     Raises:
         ScenarioError: `name:line: message`, one for each duplicate key, else for the first fault found.
     """
     text = _decoded(content, name)
-    builder = _Builder()
+    builder = _Builder(expected)
     try:
         for event in yaml.parse(text, Loader=_PARSER):
             builder.handle(event)
@@ -85,7 +87,7 @@ def _decoded(content: bytes, name: str) -> str:
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise ScenarioError(
-            f"{name}:{line}: found the byte 0x{content[error.start]:02x}; a scenario is a text file in UTF-8"
+            f"{name}:{line}: found the byte 0x{content[error.start]:02x}; it must be a text file in UTF-8"
         ) from None
     if wrong := _NOT_PRINTABLE.search(text):
         line = text.count("\n", 0, wrong.start()) + 1
@@ -122,7 +124,8 @@ class _Anchored:
 class _Builder:
     """Builds plain data from YAML events, without recursion."""
 
-    def __init__(self) -> None:
+    def __init__(self, expected: str) -> None:
+        self.expected = expected
         self.stack: list[_Open] = []
         self.anchors: dict[str, _Anchored | None] = {}  # None: not closed yet
         self.nodes = 0
@@ -155,11 +158,11 @@ class _Builder:
         if self.duplicates:
             raise _FaultError(*self.duplicates)
         if self.root is None or self.root[0] is None:
-            raise _FaultError((1, "the file is empty; a scenario is a mapping that begins with `version: 1`"))
+            raise _FaultError((1, f"the file is empty; {self.expected}"))
         data, place = self.root
         if not isinstance(data, dict):
             found = "a list" if isinstance(data, list) else f"the single value {data!r:.60}"
-            raise _FaultError((place.line, f"found {found}; a scenario is a mapping that begins with `version: 1`"))
+            raise _FaultError((place.line, f"found {found}; {self.expected}"))
         return Document(data, place)
 
     def _count(self, nodes: int, line: int) -> None:
@@ -169,7 +172,7 @@ class _Builder:
 
     def _untagged(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent, line: int) -> None:
         if event.tag is not None:
-            raise _FaultError((line, f"found the tag {event.tag}; tags are not allowed in a scenario"))
+            raise _FaultError((line, f"found the tag {event.tag}; tags are not allowed"))
 
     def _scalar(self, event: yaml.ScalarEvent, line: int) -> None:
         try:
@@ -184,7 +187,7 @@ class _Builder:
         if self.stack and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None:
             raise _FaultError((line, "found a mapping or a list as a key; keys are text"))
         if len(self.stack) >= MAX_DEPTH:
-            raise _FaultError((line, f"nested more than {MAX_DEPTH} levels deep; that is too deep for a scenario"))
+            raise _FaultError((line, f"nested more than {MAX_DEPTH} levels deep; that is too deep"))
         if anchor:
             self.anchors[anchor] = None
         self.stack.append(_Open(data, line, anchor, self.nodes))
@@ -199,7 +202,7 @@ class _Builder:
     def _alias(self, anchor: str, line: int) -> None:
         self.aliases += 1
         if self.aliases > MAX_ALIASES:
-            raise _FaultError((line, f"more than {MAX_ALIASES} aliases; that is too many for a scenario"))
+            raise _FaultError((line, f"more than {MAX_ALIASES} aliases; that is too many"))
         if anchor not in self.anchors:
             raise _FaultError((line, f"the alias *{anchor} has no anchor &{anchor} before it"))
         target = self.anchors[anchor]

@@ -15,6 +15,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from pytest_lpb.documents.reader import Document
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.planner.base import Planner
@@ -39,6 +40,7 @@ class PlannerConfiguration:
     delay: float = 0.0  # [s]
     xfail: Mapping[str, Any] = field(default_factory=dict)  # by scenario glob
     path: Path | None = None
+    document: Document | None = field(default=None, repr=False, compare=False)  # for the lines of faults
 
     @cached_property
     def planner_class(self) -> type[Planner]:
@@ -47,16 +49,16 @@ class PlannerConfiguration:
 
     def check(self) -> None:
         """Check the parameters of every robot against the class. Raises ConfigurationError."""
-        for robot in (None, *self.per_robot):
-            parameters = {**self.parameters, **(self.per_robot[robot] if robot else {})}
-            self._validated(parameters, f"per_robot: {robot}" if robot else "parameters")
+        self._validated(dict(self.parameters), "parameters")
+        for robot, parameters in self.per_robot.items():
+            self._validated({**self.parameters, **parameters}, "per_robot", robot)
 
     def parameters_for(self, robot: str, control: str) -> Any:
         """The class's Parameters for a robot; the most specific entry of `per_robot` wins, key by key."""
         merged = dict(self.parameters)
         for key in (f"@{control}", robot, f"{robot}@{control}"):
             merged.update(self.per_robot.get(key, {}))
-        return self._validated(merged, f"parameters for {robot}@{control}")
+        return self._validated(merged, "parameters")
 
     def build(self) -> Planner:
         """A new planner with the parameters that hold for no robot in particular."""
@@ -124,14 +126,20 @@ class PlannerConfiguration:
         """The xfail entry of this planner's file for a scenario, or None."""
         return next((entry for glob, entry in self.xfail.items() if fnmatch.fnmatchcase(scenario, glob)), None)
 
-    def _validated(self, parameters: dict[str, Any], where: str) -> Any:
+    def _place(self, *loc: str) -> str:
+        """How messages call a part of the configuration: its file and line, where it has one."""
+        key = ": ".join(loc)
+        if self.document is None:
+            return f"planner {self.name!r}: {key}"
+        return f"{self.path}:{self.document.line_of(loc)}: {key}"
+
+    def _validated(self, parameters: dict[str, Any], *loc: str) -> Any:
         cls = self.planner_class
         allowed = {item.name for item in dataclasses.fields(cls.Parameters)}
-        place = f"planner {self.name!r}{f' ({self.path})' if self.path else ''}: {where}"
         for key in parameters:
             if key not in allowed:
                 raise ConfigurationError(
-                    f"{place}: unknown parameter {key!r}{suggestion(key, allowed)}; "
+                    f"{self._place(*loc, key)}: unknown parameter{suggestion(key, allowed)}; "
                     f"{cls.__name__} has {listed(allowed)}"
                 )
         try:
@@ -139,7 +147,7 @@ class PlannerConfiguration:
         except ValidationError as error:
             raise ConfigurationError(
                 "\n".join(
-                    f"{place}: {'.'.join(map(str, fault['loc']))}: {fault['msg']}, found {fault['input']!r}"
+                    f"{self._place(*loc, *map(str, fault['loc']))}: {fault['msg']}, found {fault['input']!r}"
                     for fault in error.errors()
                 )
             ) from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,6 +16,7 @@ from pytest_lpb.planner.registry import registered_names
 from pytest_lpb.shipped import shipped_folder
 
 SUFFIXES = (".yaml", ".yml")
+CONTROLS = ("acceleration", "velocity", "torque")
 
 
 class _File(BaseModel):
@@ -92,11 +93,9 @@ def read_planner(path: Path, name: str) -> PlannerConfiguration:
     except OSError as error:
         raise ConfigurationError(f"planner {name!r}: cannot read {path}: {error.strerror}") from None
     try:
-        document = read_yaml(content, str(path))
+        document = read_yaml(content, str(path), "a planner configuration is a mapping with the key `planner`")
     except LpbError as error:
         raise ConfigurationError(str(error)) from None
-    if not isinstance(document.data, Mapping):
-        raise ConfigurationError(f"{path}:1: a planner configuration is a mapping with the key `planner`")
     return _parsed(document, path, name)
 
 
@@ -105,6 +104,15 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         content = _File.model_validate(document.data)
     except ValidationError as error:
         raise ConfigurationError("\n".join(_message(document, path, fault) for fault in error.errors())) from None
+    faults = [
+        f"{path}:{document.line_of(('per_robot', key))}: per_robot: {key}: unknown control {control!r}"
+        f"{suggestion(control, CONTROLS)}; allowed: {listed(CONTROLS)}"
+        for key in content.per_robot
+        for _, at, control in [key.partition("@")]
+        if at and control not in CONTROLS
+    ]
+    if faults:
+        raise ConfigurationError("\n".join(faults))
     return PlannerConfiguration(
         name=name,
         planner=content.planner,
@@ -114,6 +122,7 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         delay=content.delay,
         xfail=content.xfail,
         path=path,
+        document=document,
     )
 
 

@@ -13,6 +13,7 @@ from pytest_lpb.errors import LpbError
 from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
+from pytest_lpb.plugin.expectation import check_known_failures
 from pytest_lpb.plugin.options import PARTS, split_names
 from pytest_lpb.plugin.session import SESSION, WORKER_RUN, LpbSession
 from pytest_lpb.plugin.worker import WorkerPlugin
@@ -61,6 +62,10 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
         from pytest_lpb.environment.picture import check_display
 
         check_display()
+    resolved = _from_folder(references, config)
+    planners = find_planners(resolved, _planner_folders(config))
+    for planner in planners:
+        check_known_failures(planner)
     reports = _reports_folder(config)
     if is_worker(config):
         run = Path(config.workerinput[WORKER_RUN])  # type: ignore[attr-defined] # xdist adds it
@@ -69,8 +74,8 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
             check_writable(reports)
         run = new_run_folder(reports)
     return LpbSession(
-        planners=find_planners(_from_folder(references, config), _planner_folders(config)),
-        references=_shown_references(_from_folder(references, config), config.invocation_params.dir),
+        planners=planners,
+        references=_shown_references(resolved, config.invocation_params.dir),
         flags=tuple(part for part in PARTS if config.getoption(f"lpb_random_{part}")),
         first_seed=config.getoption("lpb_seed"),
         trials=config.getoption("lpb_trials"),

@@ -85,9 +85,7 @@ class CollectionPlugin:
 
     def _lies_in_shut(self, path: Path, config: pytest.Config) -> bool:
         """Whether a folder above is shut: pytest walks one that is named, or on the way to a file that is."""
-        return any(
-            self._is_shut(folder, config) for folder in path.parents if folder.is_relative_to(config.rootpath)
-        )
+        return any(self._is_shut(folder, config) for folder in path.parents if folder.is_relative_to(config.rootpath))
 
     def _named_files(self, config: pytest.Config) -> set[Path]:
         if self._named is None:

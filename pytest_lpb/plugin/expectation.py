@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
+from pytest_lpb.documents.faults import key_path
+from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.scenario.load import Scenario
+from pytest_lpb.scenario.messages import faults_of
+from pytest_lpb.scenario.schema.success import ExpectedFailure, XFail
 from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH
+
+_ENTRY: TypeAdapter[ExpectedFailure] = TypeAdapter(XFail)
 
 # Without `outcomes`, any failure to plan is expected; a fault of the software never is.
 DEFAULT_OUTCOMES = tuple(name for name in OUTCOMES if name not in (*SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH))
@@ -37,12 +44,26 @@ def known_failure(scenario: Scenario, configuration: PlannerConfiguration, key: 
     if known is not None:
         return Expectation(known.reason, known.outcomes, known.seeds)
     entry = configuration.expected_failure(key)
-    if entry is None:
-        return None
-    if not isinstance(entry, Mapping):
-        return Expectation(str(entry))
-    return Expectation(str(entry.get("reason", "")), _tuple(entry.get("outcomes")), _tuple(entry.get("seeds")))
+    return None if entry is None else _expectation(entry)
 
 
-def _tuple(values: Any) -> tuple[Any, ...] | None:
+def check_known_failures(configuration: PlannerConfiguration) -> None:
+    """Raise ConfigurationError for entries of a planner file's `xfail` that a scenario file could not have either."""
+    faults = []
+    for glob, entry in configuration.xfail.items():
+        try:
+            _expectation(entry)
+        except ValidationError as error:
+            for fault in faults_of(error, ExpectedFailure, entry):
+                faults.append(f"{configuration.path}: {key_path(('xfail', glob, *fault.loc))}: {fault.message}")
+    if faults:
+        raise ConfigurationError("\n".join(faults))
+
+
+def _expectation(entry: Any) -> Expectation:
+    known = _ENTRY.validate_python(entry)
+    return Expectation(known.reason, _tuple(known.outcomes), _tuple(known.seeds))
+
+
+def _tuple(values: list[Any] | None) -> tuple[Any, ...] | None:
     return None if values is None else tuple(values)

@@ -32,7 +32,7 @@ started = time.perf_counter()
 result = subprocess.run(sys.argv[1:], capture_output=True, text=True)
 seconds = time.perf_counter() - started
 peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-print(json.dumps({"s": seconds, "peak_mib": peak, "code": result.returncode, 
+print(json.dumps({"s": seconds, "peak_mib": peak, "code": result.returncode,
     "end": result.stdout[-300:] + result.stderr[-2000:]}))
 """
 
@@ -70,7 +70,7 @@ def test_collecting_10_000_trials(benchmark: BenchmarkFixture, tmp_path: Path) -
         content = {**SCENARIO, "trials": COLLECTED // 10}
         (tmp_path / "scenarios" / f"family{index}.yaml").write_text(json.dumps(content), encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "--lpb-planners=pd", "-p", "no:cacheprovider"]
-    figures = benchmark.pedantic(lambda: measured(*command, cwd=tmp_path), rounds=1)
+    figures = benchmark.pedantic(measured, args=command, kwargs={"cwd": tmp_path}, rounds=1)  # type: ignore[no-untyped-call]
     benchmark.extra_info.update(s=round(figures["s"], 2), peak_mib=round(figures["peak_mib"]))
     assert f"{COLLECTED} tests collected" in figures["end"]
 
@@ -94,7 +94,8 @@ def make_run(tmp_path: Path, count: int) -> Path:
 
 def test_evaluation_and_report_of_1_000_trials(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     run = make_run(tmp_path, TRIALS)
-    figures = benchmark.pedantic(lambda: measured(sys.executable, "-c", EVALUATE, str(run), cwd=tmp_path), rounds=1)
+    command = [sys.executable, "-c", EVALUATE, str(run)]
+    figures = benchmark.pedantic(measured, args=command, kwargs={"cwd": tmp_path}, rounds=1)  # type: ignore[no-untyped-call]
     inside = json.loads(str(figures["end"]).strip().splitlines()[-1])
     assert inside["trials"] == TRIALS
     benchmark.extra_info.update(

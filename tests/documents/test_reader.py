@@ -123,8 +123,8 @@ def test_all_duplicate_keys_are_named_with_both_lines() -> None:
         ),
         ("a: 1\n---\nb: 2\n", "x.yaml:2: a second document begins here; a file holds one scenario"),
         ("a: 1\nb: \x07\n", "x.yaml:2: found the control character U+0007, not text"),
-        (b"a: 1\nb: \xe9\n", "x.yaml:2: found the byte 0xe9; a scenario is a text file in UTF-8"),
-        (b"\x89PNG\r\n\x1a\n", "x.yaml:1: found the byte 0x89; a scenario is a text file in UTF-8"),
+        (b"a: 1\nb: \xe9\n", "x.yaml:2: found the byte 0xe9; it must be a text file in UTF-8"),
+        (b"\x89PNG\r\n\x1a\n", "x.yaml:1: found the byte 0x89; it must be a text file in UTF-8"),
         (
             "a: &x {b: 1}\nc:\n  <<: *x\n",
             "x.yaml:3: c: found the merge key <<; it is no YAML 1.2: write the keys out",
@@ -137,7 +137,7 @@ def test_all_duplicate_keys_are_named_with_both_lines() -> None:
         ("a: 1" + "0" * 100, "x.yaml:1: found a number of 101 characters; allowed are at most 100"),
         (
             "a: !!python/name:f [ls]\n",
-            "x.yaml:1: found the tag tag:yaml.org,2002:python/name:f; tags are not allowed in a scenario",
+            "x.yaml:1: found the tag tag:yaml.org,2002:python/name:f; tags are not allowed",
         ),
     ],
 )
@@ -162,9 +162,9 @@ def alias_bomb(levels: int) -> str:
     [
         (alias_bomb(30), "more than 50000 values (aliases expanded); that is too many"),
         ("a: [" + "1," * 60_000 + "]", "more than 50000 values (aliases expanded); that is too many"),
-        ("a: &x 1\nb: [" + "*x, " * 1001 + "]", "more than 1000 aliases; that is too many for a scenario"),
-        ("[" * 100_000, "nested more than 32 levels deep; that is too deep for a scenario"),
-        ("{a: " * 5_000, "nested more than 32 levels deep; that is too deep for a scenario"),
+        ("a: &x 1\nb: [" + "*x, " * 1001 + "]", "more than 1000 aliases; that is too many"),
+        ("[" * 100_000, "nested more than 32 levels deep; that is too deep"),
+        ("{a: " * 5_000, "nested more than 32 levels deep; that is too deep"),
         ("a: " + "x" * (1 << 20), "the file has more than 1048576 bytes; that is too large"),
     ],
 )

@@ -35,7 +35,7 @@ success: {hold_time: 0.2}
 # The goal is too far for the duration: a timeout.
 UNSOLVED = SCENARIO.replace("[0.05, 0.0]", "[3.0, 0.0]")
 # Problems differ by seed.
-DRAWN = SCENARIO + "randomize: {draw: [goal], goal: [[-0.3, 0.3], [-0.3, 0.3]]}\n"
+DRAWN = SCENARIO + "randomize: {draw: [goal], goal: [[-0.06, 0.06], [-0.06, 0.06]]}\n"
 
 Row = Mapping[str, str]
 

@@ -13,7 +13,7 @@ class Broken(Planner):
     name = "broken"
 """
 # Seeds 0, 1, 2, .. succeed or not by where their goal is drawn.
-MIXED = DRAWN.replace("[[-0.3, 0.3], [-0.3, 0.3]]", "[[-0.18, 0.18], [-0.18, 0.18]]")
+MIXED = DRAWN.replace("[[-0.06, 0.06], [-0.06, 0.06]]", "[[-0.18, 0.18], [-0.18, 0.18]]")
 
 
 def test_by_default_every_failed_trial_fails(project: Project) -> None:
@@ -26,7 +26,7 @@ def test_by_default_every_failed_trial_fails(project: Project) -> None:
 
 def test_none_lets_plans_fail(project: Project) -> None:
     project.scenario()
-    project.scenario("scenarios/far.yaml", UNSOLVED.replace("0.2}", "0.2, rate: '>= 1'}"))
+    project.scenario("scenarios/far.yaml", UNSOLVED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 1'}"))
     result = project.run("--lpb-assert=none", "scenarios")
     assert result.ret == 0
     result.stdout.fnmatch_lines(["scenarios/far.yaml u *", "scenarios/point/x.yaml . *", "*1 passed, 1 unsolved*"])
@@ -43,7 +43,7 @@ def test_faults_of_the_software_fail_in_every_mode(project: Project, mode: str) 
 
 
 def test_a_success_that_misses_its_criteria(project: Project) -> None:
-    project.scenario(content=SCENARIO.replace("0.2}", "0.2, time_to_goal_s: '<= -1'}"))
+    project.scenario(content=SCENARIO.replace("hold_time: 0.2}", "hold_time: 0.2, time_to_goal_s: '<= -1'}"))
     result = project.run("scenarios")
     result.assert_outcomes(failed=1)
     row = project.row()
@@ -54,8 +54,8 @@ def test_a_success_that_misses_its_criteria(project: Project) -> None:
 
 def test_rates(project: Project) -> None:
     project.scenario("scenarios/free.yaml", UNSOLVED)
-    project.scenario("scenarios/high.yaml", MIXED.replace("0.2}", "0.2, rate: '>= 0.99'}"))
-    project.scenario("scenarios/low.yaml", MIXED.replace("0.2}", "0.2, rate: '>= 0.01'}"))
+    project.scenario("scenarios/high.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.99'}"))
+    project.scenario("scenarios/low.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.01'}"))
     result = project.run("--lpb-assert=rate", "--lpb-trials=10", "scenarios", "-v")
     assert result.ret == 1
     rows = [row for row in project.rows() if row["scenario"] == "high"]
@@ -73,14 +73,14 @@ def test_rates(project: Project) -> None:
 
 
 def test_rates_that_are_met(project: Project) -> None:
-    project.scenario(content=SCENARIO.replace("0.2}", "0.2, rate: '>= 1'}"))
+    project.scenario(content=SCENARIO.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 1'}"))
     result = project.run("--lpb-assert=rate", "scenarios")
     assert result.ret == 0
     assert "met: point/x :: pd: success rate 1.000" in text_of(result)
 
 
 def test_rates_with_workers(project: Project) -> None:
-    project.scenario(content=UNSOLVED.replace("0.2}", "0.2, rate: '>= 0.5'}"))
+    project.scenario(content=UNSOLVED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.5'}"))
     result = project.run_workers("--lpb-assert=rate", "--lpb-trials=2", "scenarios")
     assert result.ret == 1
     assert "required >= 0.5; unsolved seeds: 0, 1" in text_of(result)

@@ -128,7 +128,7 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
     "wrong length": (SCENARIO.replace("q: [0, 0]", "q: [0, 0, 0]"), "x.yaml:5: start.q: "),
     "alias bomb": (ALIAS_BOMB, "(aliases expanded); that is too many"),
     "syntax error": (SCENARIO + "obstacles: [\n", "x.yaml:10: not YAML"),
-    "binary": (b"\x89PNG\r\n\x1a\n\x00\x00", "x.yaml:1: found the byte 0x89; a scenario is a text file in UTF-8"),
+    "binary": (b"\x89PNG\r\n\x1a\n\x00\x00", "x.yaml:1: found the byte 0x89; it must be a text file in UTF-8"),
     "empty": ("", "x.yaml:1: the file is empty; a scenario is a mapping that begins with `version: 1`"),
     "start in collision": (SCENARIO + OBSTACLE % "0, 0.9", "x.yaml:5: start: "),
     "goal in collision": (SCENARIO.replace("[0.05, 0.0]", "[3.0, 0.0]") + OBSTACLE % "3, 0", "x.yaml:6: goal: "),
@@ -137,7 +137,7 @@ SCENARIOS: dict[str, tuple[str | bytes, str]] = {
         SCENARIO.replace("{hold_time: 0.2}", "{clearance_mim_m: '>= 0.02'}"),
         "x.yaml:8: success: unknown KPI 'clearance_mim_m'; did you mean 'clearance_min_m' or",
     ),
-    "criterion without a sign": (SCENARIO.replace("0.2}", "0.2, rate: 0.8}"), "x.yaml:8: success.rate: "),
+    "criterion without a sign": (SCENARIO.replace("hold_time: 0.2}", "hold_time: 0.2, rate: 0.8}"), "x.yaml:8: success.rate: "),
 }  # fmt: skip
 
 
