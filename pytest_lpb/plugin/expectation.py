@@ -54,8 +54,10 @@ def check_known_failures(configuration: PlannerConfiguration) -> None:
         try:
             _expectation(entry)
         except ValidationError as error:
-            for fault in faults_of(error, ExpectedFailure, entry):
-                faults.append(f"{configuration.path}: {key_path(('xfail', glob, *fault.loc))}: {fault.message}")
+            faults += [
+                f"{configuration.path}: {key_path(('xfail', glob, *fault.loc))}: {fault.message}"
+                for fault in faults_of(error, ExpectedFailure, entry)
+            ]
     if faults:
         raise ConfigurationError("\n".join(faults))
 

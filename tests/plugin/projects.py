@@ -81,7 +81,13 @@ class Project:
 
     def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[str]:
         """Start pytest in a process group of its own, and do not wait."""
-        command = [sys.executable, "-m", "pytest", *LEAN, *map(str, self._arguments(arguments, planners, fast=True))]
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            *LEAN,
+            *map(str, self._arguments(arguments, planners, fast=True)),
+        ]
         return subprocess.Popen(
             command,
             cwd=self.path,

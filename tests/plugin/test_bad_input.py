@@ -14,16 +14,25 @@ OPTIONS = {
     "repeated planner": (("--lpb-planners=pd,pd",), "planner 'pd' is named twice in pd, pd"),
     "no planner file": (("--lpb-planners=mine=none.yaml",), "planner 'mine': cannot read"),
     "class as planner": (("--lpb-planners=mod:Class",), "give it a name in a file `NAME.yaml`"),
-    "unknown KPI": (("--lpb-kpis=time_to_gaol_s",), "unknown KPI 'time_to_gaol_s'; did you mean 'time_to_goal_s'"),
+    "unknown KPI": (
+        ("--lpb-kpis=time_to_gaol_s",),
+        "unknown KPI 'time_to_gaol_s'; did you mean 'time_to_goal_s'",
+    ),
     "no KPI": (("--lpb-kpis=,",), "--lpb-kpis: found no name"),
     "no trials": (("--lpb-trials=0",), "--lpb-trials: found 0; allowed: 1 or more"),
     "trials in words": (("--lpb-trials=many",), "--lpb-trials: invalid int value: 'many'"),
     "negative seed": (("--lpb-seed=-1",), "--lpb-seed: found -1; allowed: 0 or more"),
     "assert what": (("--lpb-assert=maybe",), "argument --lpb-assert: invalid choice: 'maybe'"),
-    "reports in a file": (("--lpb-reports=taken",), "it is not a folder; choose another with --lpb-reports=DIR"),
+    "reports in a file": (
+        ("--lpb-reports=taken",),
+        "it is not a folder; choose another with --lpb-reports=DIR",
+    ),
     "reports below a file": (("--lpb-reports=taken/a/b",), "taken: it is not a folder; choose another with"),
     "reports in /proc": (("--lpb-reports=/proc/lpb",), "cannot write to /proc"),
-    "no such module": (("-o", "lpb_plugins=no_such_module"), "lpb_plugins: cannot import 'no_such_module': No module"),
+    "no such module": (
+        ("-o", "lpb_plugins=no_such_module"),
+        "lpb_plugins: cannot import 'no_such_module': No module",
+    ),
     "module that raises": (
         ("-o", "lpb_plugins=raises"),
         "lpb_plugins: cannot import 'raises': ZeroDivisionError: division by zero (",
@@ -78,9 +87,18 @@ def test_a_reports_folder_without_permission(project: Project) -> None:
 PLANNER_FILES = {
     "unknown key": ("planner: pd\nperid: 0.1\n", "mine.yaml:2: perid: unknown key; did you mean 'period'?"),
     "unknown parameter": ("planner: pd\nparameters: {gain: 1.0}\n", "unknown parameter 'gain'; PD has "),
-    "unknown parameter of a robot": ("planner: pd\nper_robot: {point: {q: 1.0}}\n", "per_robot: point: unknown parameter"),
-    "wrong type": ("planner: pd\nparameters: {p: strong}\n", "p: Input should be a valid number, found 'strong'"),
-    "boolean as number": ("planner: pd\nparameters: {p: true}\n", "p: Input should be a valid number, found True"),
+    "unknown parameter of a robot": (
+        "planner: pd\nper_robot: {point: {q: 1.0}}\n",
+        "per_robot: point: unknown parameter",
+    ),
+    "wrong type": (
+        "planner: pd\nparameters: {p: strong}\n",
+        "p: Input should be a valid number, found 'strong'",
+    ),
+    "boolean as number": (
+        "planner: pd\nparameters: {p: true}\n",
+        "p: Input should be a valid number, found True",
+    ),
     "text as period": ("planner: pd\nperiod: soon\n", "mine.yaml:2: period: "),
     "unknown class": ("planner: pdd\n", "unknown planner 'pdd'; did you mean 'pd'?"),
     "no module": ("planner: nowhere.to:Be\n", "cannot import 'nowhere.to'"),
@@ -110,12 +128,12 @@ def test_times_of_a_planner_that_do_not_suit_the_scenario(project: Project, key:
 
 
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n" for before, name in zip("abcdefgh", "bcdefghi", strict=True)
+    f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n"
+    for before, name in zip("abcdefgh", "bcdefghi", strict=True)
 )
 OBSTACLE = "obstacles: [{name: rock, shape: circle, radius: 1.0, position: [%s]}]\n"
-ARM = (
-    SCENARIO.replace("{model: point, body_radius: 0.2}", "{model: planar_arm, links: 2}")
-    .replace("link: body, target: [0.05, 0.0]", "link: end, target: [5.0, 0.0]")
+ARM = SCENARIO.replace("{model: point, body_radius: 0.2}", "{model: planar_arm, links: 2}").replace(
+    "link: body, target: [0.05, 0.0]", "link: end, target: [5.0, 0.0]"
 )
 
 SCENARIOS: dict[str, tuple[str | bytes, str]] = {
@@ -185,7 +203,12 @@ def test_other_scenarios_run_when_asked_to_continue(project: Project) -> None:
 
 
 def test_a_missing_file_is_what_pytest_says(project: Project) -> None:
-    expect(project, project.run(Path("scenarios/none.yaml")), 4, "file or directory not found: scenarios/none.yaml")
+    expect(
+        project,
+        project.run(Path("scenarios/none.yaml")),
+        4,
+        "file or directory not found: scenarios/none.yaml",
+    )
 
 
 def test_a_run_folder_that_cannot_be_made_is_a_usage_error(

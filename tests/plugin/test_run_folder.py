@@ -50,7 +50,9 @@ def test_content(run: Path) -> None:
     assert re.fullmatch(r"\d{8}T\d{6}Z-[0-9a-f]{6}", run.name)
     expected = {"run.json", "trials.csv", "summary.csv", "comparisons.csv", "report.html", "trials"}
     assert {path.name for path in run.iterdir()} == expected
-    trials = [f"{s}/{p}/seed{k}" for s in ("far", "point/drawn") for p in ("pd", "potential_field") for k in (0, 1)]
+    trials = [
+        f"{s}/{p}/seed{k}" for s in ("far", "point/drawn") for p in ("pd", "potential_field") for k in (0, 1)
+    ]
     assert trial_files(run) == [f"{trial}.parquet" for trial in trials]
     everything = {path.relative_to(run / "trials").as_posix() for path in (run / "trials").rglob("*.*")}
     assert everything == {f"{trial}.{suffix}" for trial in trials for suffix in ("parquet", "yaml")}
@@ -81,7 +83,12 @@ def check_trials(rows: list[Row]) -> None:
     )
     row = find(rows, scenario="point/drawn", planner="pd", seed="1")
     assert row["node_id"] == "scenarios/point/drawn.yaml::pd::seed1"
-    assert (row["outcome"], row["success"], row["failed_criteria"], row["attempt"]) == ("success", "true", "", "1")
+    assert (row["outcome"], row["success"], row["failed_criteria"], row["attempt"]) == (
+        "success",
+        "true",
+        "",
+        "1",
+    )
     assert SHA256.fullmatch(row["problem_hash"])
     assert SHA256.fullmatch(row["trajectory_hash"])
     assert 0.0 < float(row["wall_s"]) < 10.0
@@ -101,14 +108,26 @@ def check_summary(rows: list[Row]) -> None:
     figures = [f"{kpi.name}_{figure}" for kpi in default_registry for figure in ("median", "q1", "q3", "n")]
     assert list(rows[0])[: len(SUMMARY_COLUMNS) + len(figures)] == [*SUMMARY_COLUMNS, *figures]
     assert {(row["scenario"], row["planner"]) for row in rows} == {
-        (scenario, planner) for scenario in ("all", "far", "point/drawn") for planner in ("pd", "potential_field")
+        (scenario, planner)
+        for scenario in ("all", "far", "point/drawn")
+        for planner in ("pd", "potential_field")
     }
     far = find(rows, scenario="far", planner="pd")
     assert [far[key] for key in ("trials", "problems", "successes", "success_rate")] == ["2", "1", "0", "0.0"]
     drawn = find(rows, scenario="point/drawn", planner="pd")
-    assert [drawn[key] for key in ("trials", "problems", "successes", "success_rate")] == ["2", "2", "2", "1.0"]
+    assert [drawn[key] for key in ("trials", "problems", "successes", "success_rate")] == [
+        "2",
+        "2",
+        "2",
+        "1.0",
+    ]
     overall = find(rows, scenario="all", planner="pd")
-    assert [overall[key] for key in ("trials", "problems", "successes", "success_rate")] == ["4", "3", "2", "0.5"]
+    assert [overall[key] for key in ("trials", "problems", "successes", "success_rate")] == [
+        "4",
+        "3",
+        "2",
+        "0.5",
+    ]
     assert float(overall["success_low"]) < 0.5 < float(overall["success_high"])
 
 

@@ -204,7 +204,13 @@ def test_equal_names_outside_of_the_rootdir_are_told_apart(project: Project, els
 
 @pytest.mark.parametrize(
     ("where", "argument"),
-    [(".", "scenarios"), ("scenarios", "."), ("other", "../scenarios"), (".", "scenarios/point"), ("scenarios", None)],
+    [
+        (".", "scenarios"),
+        ("scenarios", "."),
+        ("other", "../scenarios"),
+        (".", "scenarios/point"),
+        ("scenarios", None),
+    ],
 )
 def test_scenario_folders_without_an_ini_file(
     project: Project, monkeypatch: pytest.MonkeyPatch, where: str, argument: str | None
