@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -18,8 +18,9 @@ from pytest_lpb.environment.spaces import action_space, observation_space
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.scenario.draw import draw_problem, obstacle_counts
-from pytest_lpb.scenario.load import Scenario, load_scenario
+
+if TYPE_CHECKING:
+    from pytest_lpb.scenario.load import Scenario
 
 Observations = dict[str, Any]
 
@@ -52,7 +53,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
             raise LpbError("ScenarioEnvironment needs a scenario or a problem, and not both")
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise LpbError(f"render_mode {render_mode!r} is unknown; allowed: human, rgb_array, None")
-        self.scenario = load_scenario(Path(scenario)) if isinstance(scenario, str | Path) else scenario
+        self.scenario = None if scenario is None else _feasible(scenario)
         self.render_mode = render_mode
         self._preview = preview
         self._reuse = reuse_observations
@@ -63,6 +64,9 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self.engine: Engine | None = None
         first = problem if problem is not None else self._draw(None)
         if self.scenario is not None:
+            # Trials run concrete problems: they never need what reads and draws scenarios.
+            from pytest_lpb.scenario.draw import obstacle_counts
+
             fewest, self._capacity = obstacle_counts(self.scenario)
             self._padded = fewest < self._capacity
         self._load(first)
@@ -71,6 +75,8 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._restart()
 
     def _draw(self, seed: int | None) -> Problem:
+        from pytest_lpb.scenario.draw import draw_problem
+
         assert self.scenario is not None
         return draw_problem(self.scenario, self.scenario.seed if seed is None else seed)
 
@@ -238,3 +244,13 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         if self._window is not None:
             self._window.close()
             self._window = None
+
+
+def _feasible(scenario: Scenario | Path | str) -> Scenario:
+    """A scenario whose fixed start and goal are free. Raises ScenarioError."""
+    from pytest_lpb.scenario.draw import check_feasible
+    from pytest_lpb.scenario.load import load_scenario
+
+    loaded = load_scenario(Path(scenario)) if isinstance(scenario, str | Path) else scenario
+    check_feasible(loaded)
+    return loaded

@@ -9,6 +9,7 @@ from pytest_lpb.environment.engine import Clearance, Engine
 from pytest_lpb.environment.limits import PositionLimits
 from pytest_lpb.problem.problem import Problem
 
+CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within rounding is none
 STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
 STALL_TIME_S = 5.0  # standstill at the end of a trial that makes a timeout `stalled`
 
@@ -75,9 +76,9 @@ class Monitor:
             self.goal_row = self._entered
 
     def _check_violation(self, row: int, q: list[float]) -> None:
-        if self.clearance[0] < 0.0:
+        if self.clearance[0] < -CONTACT_SLACK_M:
             self.violation = Violation("collision", row, self.clearance)
-        elif self.self_clearance[0] < 0.0:
+        elif self.self_clearance[0] < -CONTACT_SLACK_M:
             self.violation = Violation("self_collision", row, self.self_clearance)
         else:
             joint = self._position_limits.violated(q)

@@ -20,7 +20,7 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.registry import planner_class
-from pytest_lpb.problem.hashing import hash_of
+from pytest_lpb.problem.hashing import hash_of, plain
 
 ROUNDING = 1e-6  # relative slack of "a multiple of dt"
 
@@ -84,13 +84,13 @@ class PlannerConfiguration:
     @cached_property
     def parameters_hash(self) -> str:
         """SHA-256 of everything that decides what the planner does, wherever its file lies."""
-        defaults = dataclasses.asdict(self._validated(dict(self.parameters), "parameters"))
+        defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
         per_robot = {key: dict(value) for key, value in self.per_robot.items()}
         cls = self.planner_class
         return hash_of(
             {
                 "class": f"{cls.__module__}:{cls.__qualname__}",
-                "parameters": json.loads(json.dumps(defaults)),
+                "parameters": defaults,
                 "per_robot": per_robot,
                 "period": self.period,
                 "delay": self.delay,
@@ -110,11 +110,11 @@ class PlannerConfiguration:
 
     def to_dict(self) -> dict[str, Any]:
         """What run.json says of the planner: resolved parameters, hashes, timing."""
-        defaults = dataclasses.asdict(self._validated(dict(self.parameters), "parameters"))
+        defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
         return {
             "planner": self.planner,
             "file": str(self.path) if self.path else None,
-            "parameters": json.loads(json.dumps(defaults)),
+            "parameters": defaults,
             "per_robot": {key: dict(value) for key, value in self.per_robot.items()},
             "parameters_hash": self.parameters_hash,
             "source_hash": self.source_hash,

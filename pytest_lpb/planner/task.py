@@ -32,7 +32,11 @@ def _orientation(target: FloatArray, robot: Robot, goal: GoalInfo, q: FloatArray
 
 def _joint(target: FloatArray, robot: Robot, goal: GoalInfo, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     indices = [robot.joint_names.index(name) for name in goal.entry["joints"]]
-    return target - q[indices], np.eye(robot.dof)[indices]
+    error = target - q[indices]
+    for place, index in enumerate(indices):
+        if index in robot.headings:
+            error[place] = remainder(error[place], 2.0 * pi)
+    return error, np.eye(robot.dof)[indices]
 
 
 def _alignment(target: FloatArray, robot: Robot, goal: GoalInfo, q: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 from pytest_lpb.motion import Motion, motion_from
-from pytest_lpb.problem.robot import Robot
+from pytest_lpb.problem.robot import FloatArray, Robot
 
 # (dimension, type) -> "module:Class". A new sub-goal type is one class and one line here.
 GOAL_TYPES: dict[tuple[int, str], str] = {
@@ -46,6 +46,10 @@ class SubGoal(ABC):
 
     def _motion(self, entry: Mapping[str, Any]) -> Motion:
         return motion_from(entry, key="target")
+
+    def beyond_reach(self, target: Sequence[float] | FloatArray) -> bool:  # noqa: ARG002
+        """Whether no configuration of the robot can be within tolerance of a target; False when it is not obvious."""
+        return False
 
     @abstractmethod
     def value(self, q: Sequence[float], frames: Any) -> list[float]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,17 @@ HASHED_SECTIONS = ("robot", "environment", "start", "goal", "obstacles")
 def canonical_json(value: Any) -> str:
     """JSON with sorted keys, no blanks, and floats as their shortest exact text."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """A value in JSON's own types: what JSON cannot say, such as infinity or a path, becomes text."""
+    if isinstance(value, float) and not isfinite(value):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)
 
 
 def hash_of(value: Any) -> str:

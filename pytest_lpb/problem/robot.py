@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
@@ -111,6 +112,16 @@ class Robot(ABC):
     def non_holonomic(self) -> bool:
         """Whether u has fewer entries than q, since the base cannot move sideways."""
         return self.base in NON_HOLONOMIC_BASES
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of a link's frame from the base [m]; inf for a robot that moves about."""
+        return inf
+
+    @property
+    def headings(self) -> tuple[int, ...]:
+        """Indices in q of headings of a base: angles without limits, whose errors are wrapped."""
+        return (2,) if self.non_holonomic else ()
 
     def link_index(self, link: str) -> int:
         """Position of a link in `link_names`. Raises ValueError for an unknown one."""

@@ -28,6 +28,8 @@ def goal_configurations(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArr
     assert isinstance(robot, PlanarRobot)
     limits = robot.limits.position
     targets = [sub_goal.motion.evaluate(np.zeros(1))[0][0] for sub_goal in goal]
+    if any(sub_goal.beyond_reach(target) for sub_goal, target in zip(goal, targets, strict=True)):
+        return []
     found: list[FloatArray] = []
     for guess in _guesses(robot, start_q):
         q = _solve(robot, goal, targets, np.clip(guess, limits[:, 0], limits[:, 1]))

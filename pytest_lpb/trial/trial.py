@@ -10,7 +10,7 @@ from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.monitor import Violation
 from pytest_lpb.errors import Infeasible
 from pytest_lpb.planner.base import Planner, PlannerProblem
-from pytest_lpb.problem.hashing import hash_of_arrays
+from pytest_lpb.problem.hashing import hash_of_arrays, plain
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
@@ -62,7 +62,7 @@ def run_trial(
     metadata |= {
         "setup_ms": setup_ms,
         "period_s": every * problem.dt,
-        "parameters": dataclasses.asdict(parameters),
+        "parameters": plain(dataclasses.asdict(parameters)),
     }
     return _judged(Trajectory(columns_of(problem, log), metadata, problem), metadata, violation, log)
 

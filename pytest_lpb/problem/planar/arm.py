@@ -59,6 +59,11 @@ class PlanarArm(PlanarRobot):
         """State after dt [s] under the constant action, exact."""
         return integrate_holonomic(self.control, q, u, action, dt)
 
+    @property
+    def reach(self) -> float:
+        """Length of the stretched arm [m]."""
+        return sum(self.lengths)
+
     def jacobian(self, q: ArrayLike, link: str) -> FloatArray:
         """Velocity of a link's frame per qd, (3, dof): a joint moves what lies beyond it."""
         frames = np.array(self.frames(np.asarray(q, dtype=float).tolist()))[:, :2]

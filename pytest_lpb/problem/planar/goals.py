@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.planar.robot import Frame
-from pytest_lpb.problem.robot import Robot
+from pytest_lpb.problem.robot import FloatArray, Robot
 
 
 def angle_error(value: float, target: float) -> float:
@@ -39,6 +39,11 @@ class PositionGoal(SubGoal):
             dx, dy = position[0] - rx, position[1] - ry
             position = (rc * dx + rs * dy, rc * dy - rs * dx)
         return [position[axis] for axis in self.axes]
+
+    def beyond_reach(self, target: Sequence[float] | FloatArray) -> bool:
+        """Whether a target in the world lies outside the disc that the robot can reach."""
+        reach = self.robot.reach + hypot(*self.point) + (self.tolerance or 0.0)
+        return len(self.axes) == 2 and self._reference is None and hypot(target[0], target[1]) > reach
 
     def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
         """Euclidean distance [m]."""
@@ -74,6 +79,7 @@ class JointGoal(SubGoal):
     def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
         super().__init__(entry, robot)
         self.joints: tuple[int, ...] = tuple(robot.joint_names.index(name) for name in entry["joints"])
+        self._headings = robot.headings
         if all(robot.joint_types[index] == "prismatic" for index in self.joints):
             self.unit = "m"  # type: ignore[misc] # an instance's own unit, by its joints
 
@@ -82,8 +88,11 @@ class JointGoal(SubGoal):
         return [q[index] for index in self.joints]
 
     def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
-        """Largest absolute joint error [rad or m]."""
-        return max(abs(have - want) for have, want in zip(value, target, strict=True))
+        """Largest absolute joint error [rad or m]; a base's heading is wrapped."""
+        return max(
+            angle_error(have, want) if index in self._headings else abs(have - want)
+            for index, have, want in zip(self.joints, value, target, strict=True)
+        )
 
 
 class AlignmentGoal(SubGoal):

@@ -54,7 +54,7 @@ class PositionGoal(MovingGoal):
     point: Annotated[list[Coordinate], Field(min_length=2, max_length=3)] | None = Field(
         default=None, description="[m] in the link's frame; default its origin"
     )
-    relative_to: Name | None = Field(default=None, description="link whose position the target is relative to")
+    relative_to: Name | None = Field(default=None, description="link in whose frame the target lies")
 
 
 def _angle_as_list(value: Any) -> Any:
