@@ -42,7 +42,7 @@ class ControllerPlugin:
         """Without xdist: make the run folder once all scenarios are collected."""
         option = self._config.option
         runs = option.continue_on_collection_errors or not session.testsfailed
-        if session.items and runs and not option.collectonly:
+        if session.items and runs and not option.collectonly and not option.setuponly:
             self._begin([item.nodeid for item in session.items if isinstance(item, TrialItem)])
 
     @pytest.hookimpl(optionalhook=True)

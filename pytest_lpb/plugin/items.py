@@ -90,6 +90,7 @@ class TrialItem(pytest.Item):
     def runtest(self) -> None:
         """Run the trial, write its files, then judge it."""
         options = session_of(self.config)
+        self._refuse_to_crash_again()
         self.trajectory = trajectory = self._run()
         write_trial(options.run, trajectory)
         if trajectory.metadata["success"]:
@@ -102,6 +103,18 @@ class TrialItem(pytest.Item):
         if trajectory.metadata["details"]:
             text = f"{trajectory.metadata['details'].rstrip()}\n{text}"
         raise (ExpectedTrialFailure if expected else TrialFailure)(f"{trajectory.outcome}: {text}")
+
+    def _refuse_to_crash_again(self) -> None:
+        """Do not run a trial that took a worker down: --dist loadscope and its kin would give it to every next one."""
+        path = self._trial_path()
+        if not path.exists() or getattr(self.config.option, "reruns", None):
+            return
+        earlier = read_trial(path)
+        if earlier.outcome == WORKER_CRASH:
+            raise TrialFailure(f"{WORKER_CRASH}: {earlier.metadata['message']}\nrepeat: {earlier.metadata['command']}")
+
+    def _trial_path(self) -> Path:
+        return trial_path(session_of(self.config).run, self._key(), self.collector.name, self.seed)
 
     def _fails(self, outcome: str) -> bool:
         return session_of(self.config).assertion == "trial" or outcome in SOFTWARE_FAULTS

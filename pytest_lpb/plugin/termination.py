@@ -1,34 +1,43 @@
-"""SIGTERM ends a run as Ctrl-C does: finished trials are kept, tables and report are written."""
+"""Ctrl-C and SIGTERM end a run in the same way: finished trials are kept, tables and report are written."""
 
 from __future__ import annotations
 
 import signal
 import threading
 from types import FrameType
+from typing import Any
+
+import pytest
 
 
 class TerminationPlugin:
-    """Turns the first SIGTERM into a KeyboardInterrupt while a session is on; a second one ends the process."""
+    """Turns SIGTERM into a KeyboardInterrupt while a session is on; a second SIGTERM ends the process."""
 
     def __init__(self) -> None:
-        self._installed = False
+        self._session: pytest.Session | None = None
+        self._replaced: dict[int, Any] = {}
 
-    def pytest_sessionstart(self) -> None:
+    def pytest_sessionstart(self, session: pytest.Session) -> None:
         """Listen, unless somebody else does or this is no main thread."""
-        in_main_thread = threading.current_thread() is threading.main_thread()
-        if in_main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, self._interrupt)
-            self._installed = True
+        self._session = session
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+            if signal.getsignal(number) is usual:
+                self._replaced[number] = signal.signal(number, self._interrupt)
 
     def pytest_unconfigure(self) -> None:
-        """Leave the signal as it was."""
-        self._restore()
+        """Leave the signals as they were."""
+        for number in list(self._replaced):
+            self._restore(number)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - signal's signature
-        self._restore()
-        raise KeyboardInterrupt("terminated")
+        if self._session is not None:
+            # Code that is interrupted may swallow the exception (a C extension, a destructor): no further trial then.
+            self._session.shouldstop = "interrupted"
+        if number == signal.SIGTERM:
+            self._restore(number)
+        raise KeyboardInterrupt
 
-    def _restore(self) -> None:
-        if self._installed:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-            self._installed = False
+    def _restore(self, number: int) -> None:
+        signal.signal(number, self._replaced.pop(number))

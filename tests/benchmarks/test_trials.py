@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from problem.entries import circle, make_problem, position_goal, problem_entry
 from pytest_benchmark.fixture import BenchmarkFixture
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
@@ -16,6 +15,7 @@ from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial, trial_path, write_trial
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import circle, make_problem, position_goal, problem_entry
 
 STEPS = 500
 POINT = {"model": "point", "name": "point", "base": "fixed", "body_radius": 0.2}

@@ -1,4 +1,4 @@
-"""Scenario files for environments; hypothesis without deadlines, since machines that run tests are shared."""
+"""Scenario files for environments."""
 
 import json
 from collections.abc import Callable
@@ -6,10 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import settings
-
-settings.register_profile("no_deadline", deadline=None)
-settings.load_profile("no_deadline")
 
 Content = dict[str, Any]
 

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from problem.entries import ARM, POINT, Entry, circle, make_problem, position_goal
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.errors import LpbError
+from tests.problem.entries import ARM, POINT, Entry, circle, make_problem, position_goal
 
 DT = 0.05
 MOVER = {**POINT, "control": "velocity", "body_radius": 0.2}

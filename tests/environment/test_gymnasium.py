@@ -13,7 +13,6 @@ import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_array_equal
-from problem.entries import circle, make_problem
 
 import pytest_lpb.environment  # noqa: F401 - registers the environment
 from pytest_lpb.environment.environment import ScenarioEnvironment
@@ -21,6 +20,7 @@ from pytest_lpb.errors import LpbError, ScenarioError
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import load_scenario
+from tests.problem.entries import circle, make_problem
 
 Content = dict[str, Any]
 Write = Callable[[Content], Path]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from problem.entries import ARM, CART, POINT, Entry, make_problem, make_robot
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.limits import ActionLimits
+from tests.problem.entries import ARM, CART, POINT, Entry, make_problem, make_robot
 
 DT = 0.05
 

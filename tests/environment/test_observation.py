@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from problem.entries import ARM, CART, POINT, Entry, circle, make_problem, position_goal
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.timeline import BLOCK, Timeline
 from pytest_lpb.motion import ExpressionMotion, FixedMotion
 from pytest_lpb.problem.preview import Preview
+from tests.problem.entries import ARM, CART, POINT, Entry, circle, make_problem, position_goal
 
 DT = 0.05
 MOVER = {**POINT, "control": "velocity"}

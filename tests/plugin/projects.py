@@ -69,9 +69,7 @@ class Project:
             warnings.simplefilter("default")
             return self.pytester.runpytest_inprocess(*self._arguments(arguments, planners, fast))
 
-    def run_workers(
-        self, *arguments: str | Path, planners: str | None = "pd", workers: int = 2
-    ) -> pytest.RunResult:
+    def run_workers(self, *arguments: str | Path, planners: str | None = "pd", workers: int = 2) -> pytest.RunResult:
         """Run pytest with workers; the controller is in a process of its own, too."""
         return self.run_subprocess("-n", str(workers), *arguments, planners=planners)
 

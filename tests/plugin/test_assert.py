@@ -26,14 +26,10 @@ def test_by_default_every_failed_trial_fails(project: Project) -> None:
 
 def test_none_lets_plans_fail(project: Project) -> None:
     project.scenario()
-    project.scenario(
-        "scenarios/far.yaml", UNSOLVED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 1'}")
-    )
+    project.scenario("scenarios/far.yaml", UNSOLVED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 1'}"))
     result = project.run("--lpb-assert=none", "scenarios")
     assert result.ret == 0
-    result.stdout.fnmatch_lines(
-        ["scenarios/far.yaml u *", "scenarios/point/x.yaml . *", "*1 passed, 1 unsolved*"]
-    )
+    result.stdout.fnmatch_lines(["scenarios/far.yaml u *", "scenarios/point/x.yaml . *", "*1 passed, 1 unsolved*"])
     assert [row["success"] for row in project.rows()] == ["false", "true"]
 
 
@@ -58,12 +54,8 @@ def test_a_success_that_misses_its_criteria(project: Project) -> None:
 
 def test_rates(project: Project) -> None:
     project.scenario("scenarios/free.yaml", UNSOLVED)
-    project.scenario(
-        "scenarios/high.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.99'}")
-    )
-    project.scenario(
-        "scenarios/low.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.01'}")
-    )
+    project.scenario("scenarios/high.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.99'}"))
+    project.scenario("scenarios/low.yaml", MIXED.replace("hold_time: 0.2}", "hold_time: 0.2, rate: '>= 0.01'}"))
     result = project.run("--lpb-assert=rate", "--lpb-trials=10", "scenarios", "-v")
     assert result.ret == 1
     rows = [row for row in project.rows() if row["scenario"] == "high"]

@@ -128,8 +128,7 @@ def test_times_of_a_planner_that_do_not_suit_the_scenario(project: Project, key:
 
 
 ALIAS_BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n"
-    for before, name in zip("abcdefgh", "bcdefghi", strict=True)
+    f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n" for before, name in zip("abcdefgh", "bcdefghi", strict=True)
 )
 OBSTACLE = "obstacles: [{name: rock, shape: circle, radius: 1.0, position: [%s]}]\n"
 ARM = SCENARIO.replace("{model: point, body_radius: 0.2}", "{model: planar_arm, links: 2}").replace(
@@ -211,9 +210,7 @@ def test_a_missing_file_is_what_pytest_says(project: Project) -> None:
     )
 
 
-def test_a_run_folder_that_cannot_be_made_is_a_usage_error(
-    project: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_run_folder_that_cannot_be_made_is_a_usage_error(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     project.scenario()
     monkeypatch.setattr("pytest_lpb.plugin.activation.check_writable", lambda reports: None)
     project.write("reports", "a file\n")

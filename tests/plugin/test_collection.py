@@ -43,9 +43,7 @@ def test_keywords_select(both: Project) -> None:
     assert collected(both, "-k", "x.yaml and pd and seed1", "scenarios") == [LISTED[1]]
 
 
-@pytest.mark.parametrize(
-    ("tag", "expected"), [("narrow", LISTED[4:]), ("planar", LISTED), ("not planar", [])]
-)
+@pytest.mark.parametrize(("tag", "expected"), [("narrow", LISTED[4:]), ("planar", LISTED), ("not planar", [])])
 def test_tags_are_markers(both: Project, tag: str, expected: list[str]) -> None:
     assert collected(both, "-m", tag, "scenarios") == expected
 

@@ -57,9 +57,7 @@ def test_the_row_of_a_crash(doomed: Project, mode: str) -> None:
     # The problem was written before the trial ran: it can be looked at.
     assert (run / "trials/point/x/fatal/seed1.yaml").is_file()
     (summary,) = [
-        row
-        for row in read_table(run / "summary.csv")
-        if (row["planner"], row["scenario"]) == ("fatal", "all")
+        row for row in read_table(run / "summary.csv") if (row["planner"], row["scenario"]) == ("fatal", "all")
     ]
     assert (summary["trials"], summary["successes"]) == ("4", "3")
     assert "point/x :: fatal :: seed1  worker_crash: the process that ran the trial died" in text_of(result)

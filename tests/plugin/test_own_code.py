@@ -179,10 +179,7 @@ def test_a_kpi_that_raises(project: Project, tmp_path: Path) -> None:
     assert row["broken_m"] == ""
     assert not math.isnan(float(row["time_to_goal_s"]))
     text = text_of(result)
-    assert (
-        "warning: KPI broken_m is NaN for scenarios/point/x.yaml::pd::seed0: ValueError: no such thing"
-        in text
-    )
+    assert "warning: KPI broken_m is NaN for scenarios/point/x.yaml::pd::seed0: ValueError: no such thing" in text
     again = lpb_report(tmp_path, project.runs()[-1])
     assert again.returncode == 1
     assert "lpb-report: warning: KPI broken_m is NaN for" in again.stderr

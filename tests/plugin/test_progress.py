@@ -55,9 +55,7 @@ def test_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, interval: float, *
 
 
 @pytest.mark.parametrize("arguments", [(), ("--reruns", "1")])
-def test_lines_in_a_run(
-    project: Project, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
-) -> None:
+def test_lines_in_a_run(project: Project, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]) -> None:
     monkeypatch.setattr(progress, "INTERVAL_LOG_S", 0.0)
     project.scenario(content=UNSOLVED)
     result = project.run("--lpb-trials=3", *arguments, "scenarios")

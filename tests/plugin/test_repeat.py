@@ -43,9 +43,7 @@ def test_the_text_of_a_failure(project: Project) -> None:
 
 def test_seeds_and_flags(project: Project) -> None:
     project.scenario(content=RANGES)
-    result = project.run(
-        "--lpb-seed=7", "--lpb-trials=2", "--lpb-random-goal", "--lpb-random-start", "scenarios"
-    )
+    result = project.run("--lpb-seed=7", "--lpb-trials=2", "--lpb-random-goal", "--lpb-random-start", "scenarios")
     first, second = commands(result)
     assert {"--lpb-seed=8", "--lpb-trials=1", "--lpb-random-goal", "--lpb-random-start"} < set(second)
     repeat(project, second)
@@ -61,9 +59,7 @@ def test_a_planner_by_path_from_another_folder(project: Project, monkeypatch: py
     repeat(project, [*command, "--lpb-reports=../reports"])
 
 
-def test_a_planner_of_the_ini_file_from_another_folder(
-    project: Project, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_planner_of_the_ini_file_from_another_folder(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     project.ini("lpb_planners = planners/tuned.yaml")
     project.scenario(content=UNSOLVED)
     project.write("planners/tuned.yaml", "planner: pd\nparameters: {p: 3.0}\n")
@@ -103,6 +99,8 @@ class Broken(Planner):
     text = text_of(result)
     assert "planner_error: planner error at t = 0 s: KeyError: 'no_such_key'" in text
     assert 'conftest.py", line 8, in compute_action' in text
-    repeat_line = "repeat: pytest --lpb-planners=broken --lpb-seed=0 --lpb-trials=1 scenarios/point/x.yaml::broken::seed0"
+    repeat_line = (
+        "repeat: pytest --lpb-planners=broken --lpb-seed=0 --lpb-trials=1 scenarios/point/x.yaml::broken::seed0"
+    )
     assert repeat_line in text
     assert project.row()["outcome"] == "planner_error"

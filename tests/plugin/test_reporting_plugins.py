@@ -57,9 +57,7 @@ def test_a_run_without_a_summary_has_its_tables(project: Project) -> None:
     assert read_table(project.runs()[-1] / "summary.csv")
 
 
-@pytest.mark.parametrize(
-    "arguments", [("--markers",), ("--fixtures",), ("--setup-plan", "scenarios"), ("--version",)]
-)
+@pytest.mark.parametrize("arguments", [("--markers",), ("--fixtures",), ("--setup-plan", "scenarios"), ("--version",)])
 def test_what_runs_nothing_makes_no_folder(project: Project, arguments: tuple[str, ...]) -> None:
     project.scenario()
     result = project.run(*arguments)

@@ -50,9 +50,7 @@ def test_content(run: Path) -> None:
     assert re.fullmatch(r"\d{8}T\d{6}Z-[0-9a-f]{6}", run.name)
     expected = {"run.json", "trials.csv", "summary.csv", "comparisons.csv", "report.html", "trials"}
     assert {path.name for path in run.iterdir()} == expected
-    trials = [
-        f"{s}/{p}/seed{k}" for s in ("far", "point/drawn") for p in ("pd", "potential_field") for k in (0, 1)
-    ]
+    trials = [f"{s}/{p}/seed{k}" for s in ("far", "point/drawn") for p in ("pd", "potential_field") for k in (0, 1)]
     assert trial_files(run) == [f"{trial}.parquet" for trial in trials]
     everything = {path.relative_to(run / "trials").as_posix() for path in (run / "trials").rglob("*.*")}
     assert everything == {f"{trial}.{suffix}" for trial in trials for suffix in ("parquet", "yaml")}
@@ -108,9 +106,7 @@ def check_summary(rows: list[Row]) -> None:
     figures = [f"{kpi.name}_{figure}" for kpi in default_registry for figure in ("median", "q1", "q3", "n")]
     assert list(rows[0])[: len(SUMMARY_COLUMNS) + len(figures)] == [*SUMMARY_COLUMNS, *figures]
     assert {(row["scenario"], row["planner"]) for row in rows} == {
-        (scenario, planner)
-        for scenario in ("all", "far", "point/drawn")
-        for planner in ("pd", "potential_field")
+        (scenario, planner) for scenario in ("all", "far", "point/drawn") for planner in ("pd", "potential_field")
     }
     far = find(rows, scenario="far", planner="pd")
     assert [far[key] for key in ("trials", "problems", "successes", "success_rate")] == ["2", "1", "0", "0.0"]

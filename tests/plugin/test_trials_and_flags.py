@@ -58,10 +58,7 @@ def test_flags_for_parts_without_ranges_warn_once(project: Project) -> None:
     project.scenario()
     result = project.run("--lpb-trials=2", "--lpb-random-goal", "scenarios", planners="pd,potential_field")
     result.assert_outcomes(passed=4, warnings=1)
-    assert (
-        text_of(result).count("--lpb-random-goal: x.yaml has no ranges in `randomize: goal`; it stays fixed")
-        == 1
-    )
+    assert text_of(result).count("--lpb-random-goal: x.yaml has no ranges in `randomize: goal`; it stays fixed") == 1
     assert len({row["problem_hash"] for row in project.rows()}) == 1
 
 

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, Column, random_trials, trial
 
 from pytest_lpb.run.comparisons import COLUMNS, comparisons_table
 from pytest_lpb.statistics import holm, newcombe_paired_interval, wilcoxon_p
+from tests.run.trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, Column, random_trials, trial
 
 MIRROR = {"better": "worse", "worse": "better"}
 
@@ -22,9 +22,7 @@ def _row(table: pd.DataFrame, kpi: str, scenario: str = "s", pair: str = "ab") -
     return {str(name): value for name, value in chosen.iloc[0].items()}
 
 
-def _two(
-    a: Sequence[float], b: Sequence[float], kpi: Column = CLEARANCE, **columns: object
-) -> list[dict[str, object]]:
+def _two(a: Sequence[float], b: Sequence[float], kpi: Column = CLEARANCE, **columns: object) -> list[dict[str, object]]:
     """Rows of planners a and b with these values on problems 0, 1, ..."""
     return [
         trial("s", planner, seed, **{kpi.name: value}, **columns)  # type: ignore[arg-type]
@@ -302,8 +300,7 @@ def test_a_planner_against_its_copy_differs_at_the_nominal_rate_only() -> None:
 def test_copies_over_several_scenarios_differ_rarely() -> None:
     scenarios = [f"s{index}" for index in range(6)]
     tables = [
-        comparisons_table(random_trials("ab", scenarios, 15, [CLEARANCE], study), [CLEARANCE])
-        for study in range(100)
+        comparisons_table(random_trials("ab", scenarios, 15, [CLEARANCE], study), [CLEARANCE]) for study in range(100)
     ]
     rows = pd.concat(tables)
     rows = rows[rows["scenario"] == "all"]

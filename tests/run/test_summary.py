@@ -3,10 +3,10 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, random_trials, trial
 
 from pytest_lpb.run.summary import summary_table
 from pytest_lpb.statistics import wilson_interval
+from tests.run.trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, random_trials, trial
 
 
 def _row(table: pd.DataFrame, scenario: str, planner: str) -> dict[str, float]:
@@ -46,10 +46,7 @@ def test_one_scenario_by_hand() -> None:
 
 def test_repeats_of_one_problem_are_one_problem() -> None:
     trials = pd.DataFrame(
-        [
-            trial(seed=seed, success=seed % 4 > 0, problem_hash="fixed", path_length_m=seed + 1.0)
-            for seed in range(100)
-        ]
+        [trial(seed=seed, success=seed % 4 > 0, problem_hash="fixed", path_length_m=seed + 1.0) for seed in range(100)]
     )
     row = _row(summary_table(trials, [LENGTH]), "s", "a")
     assert (row["trials"], row["problems"], row["successes"], row["success_rate"]) == (100, 1, 75, 0.75)

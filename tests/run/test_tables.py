@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from trial_frames import KPIS, random_trials
 
 from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
+from tests.run.trial_frames import KPIS, random_trials
 
 
 def test_cells_are_written_as_the_contract_says(tmp_path: Path) -> None:

@@ -50,9 +50,7 @@ def test_wilcoxon_equals_the_exact_test_of_scipy_without_ties(size: int, seed: i
 @given(st.lists(st.integers(-3, 3).filter(bool), min_size=2, max_size=7))
 def test_wilcoxon_with_ties_equals_scipys_permutation_of_signs(difference: list[int]) -> None:
     values = np.array(difference, dtype=float)
-    assert wilcoxon_p(values) == pytest.approx(
-        float(stats.wilcoxon(values, method=stats.PermutationMethod()).pvalue)
-    )
+    assert wilcoxon_p(values) == pytest.approx(float(stats.wilcoxon(values, method=stats.PermutationMethod()).pvalue))
 
 
 def test_wilcoxon_of_many_pairs_is_scipys_approximation_and_near_the_exact_test() -> None:
@@ -106,6 +104,4 @@ def test_ratio_is_unknown_where_it_says_nothing() -> None:
     assert ratio(2.0, 3.0) == 1.5
     assert ratio(-2.0, -3.0) == 1.5
     assert ratio(2.0, 0.0) == 0.0
-    assert all(
-        math.isnan(ratio(a, b)) for a, b in [(0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (1.0, math.nan)]
-    )
+    assert all(math.isnan(ratio(a, b)) for a, b in [(0.0, 1.0), (-1.0, 1.0), (math.nan, 1.0), (1.0, math.nan)])

@@ -3,12 +3,12 @@
 from typing import Any
 
 import numpy as np
-from problem.entries import Entry, circle, position_goal, problem_entry
 
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import Entry, circle, position_goal, problem_entry
 
 POINT_01: Entry = {"model": "point", "name": "point", "base": "fixed", "body_radius": 0.01}
 PD: Entry = {"p": 0.2, "k": 0.8, "derivative": "difference"}
@@ -16,7 +16,7 @@ TIMES = ("solver_wall_ms", "solver_cpu_ms")
 
 
 def configuration(planner: str, parameters: Entry | None = None, **keywords: Any) -> PlannerConfiguration:
-    reference = planner if planner in ("pd", "potential_field") else f"trial.planners:{planner}"
+    reference = planner if planner in ("pd", "potential_field") else f"tests.trial.planners:{planner}"
     return PlannerConfiguration(name=planner, planner=reference, parameters=parameters or {}, **keywords)
 
 

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from problem.entries import CART, circle, position_goal
 
 from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import CART, circle, position_goal
 
 from .specifications import recorded_problem, same_columns, specification
 

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from problem.entries import CART, circle
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.trial import failed_trial, run_trial
+from tests.problem.entries import CART, circle
 
 from .planners import FAULT_AT
 from .specifications import run, specification

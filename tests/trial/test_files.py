@@ -11,12 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from numpy.testing import assert_array_equal
-from problem.entries import CART, circle, position_goal
 
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import METADATA_KEY, read_trial, trial_path, write_once, write_trial
 from pytest_lpb.trial.trial import failed_trial
+from tests.problem.entries import CART, circle, position_goal
 
 from .specifications import run, specification
 

@@ -5,12 +5,12 @@ from math import pi
 from typing import Any
 
 import pytest
-from problem.entries import ARM, POINT, circle, position_goal
 
 from pytest_lpb.errors import KpiError
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS
 from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import ARM, POINT, circle, position_goal
 
 from .specifications import run, specification
 

@@ -1,0 +1,45 @@
+"""Pictures of trials, looked at pixel by pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pytest_lpb.environment.environment import ScenarioEnvironment
+from pytest_lpb.errors import LpbError
+from tests.problem.entries import ARM, CART, POINT, Entry, circle, make_problem, position_goal
+
+LINKS = {"point": "body", "planar_arm": "end", "differential_drive": "base"}
+BLUE = (0, 114, 178)  # the robot's colour, before it is blended with what lies below
+
+
+def pixels_near(picture: NDArray[np.uint8], colour: tuple[int, int, int], distance: float = 90.0) -> int:
+    return int((np.linalg.norm(picture.astype(float) - colour, axis=2) < distance).sum())
+
+
+@pytest.mark.parametrize("robot", [POINT, ARM, CART])
+def test_robot_and_obstacle_are_in_the_picture(robot: Entry) -> None:
+    problem = make_problem(
+        robot, goal=[position_goal([1.0, 1.0], LINKS[robot["model"]])], obstacles=[circle(1.5, 1.5, 0.4)]
+    )
+    environment = ScenarioEnvironment(problem=problem, render_mode="rgb_array")
+    environment.reset()
+    first = environment.render()
+    assert first.ndim == 3
+    assert first.shape[2] == 3
+    assert first.dtype == np.uint8
+    assert pixels_near(first, BLUE) > 100
+    assert pixels_near(first, (127, 127, 127), 5.0) > 100
+    for _ in range(20):
+        environment.step(np.ones(problem.robot.n_actions))
+    assert (environment.render() != first).any()
+    environment.close()
+
+
+def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("matplotlib.get_backend", lambda: "agg")
+    environment = ScenarioEnvironment(problem=make_problem(POINT), render_mode="human")
+    with pytest.raises(LpbError, match="needs a display"):
+        environment.reset()
+    environment.close()
