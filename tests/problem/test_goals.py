@@ -124,3 +124,20 @@ def test_primary() -> None:
 def test_distance_is_euclidean() -> None:
     goal = make_problem(goal=[position_goal([1.0, 1.0])]).primary
     assert error(goal, [0.0, 0.0]) == pytest.approx(sqrt(2.0))
+
+
+def test_heading_of_a_base_is_wrapped_and_an_arm_joint_is_not() -> None:
+    cart = make_robot(CART)
+    heading = goal_from([{"name": "h", "type": "joint", "joints": ["theta"], "target": [3.0], "tolerance": 0.1}], cart)
+    assert heading[0].distance([-3.0], [3.0]) == pytest.approx(2 * pi - 6.0)
+    arm = make_robot(ARM)
+    joint = goal_from([{"name": "j", "type": "joint", "joints": ["joint1"], "target": [3.0], "tolerance": 0.1}], arm)
+    assert joint[0].distance([-3.0], [3.0]) == pytest.approx(6.0)
+
+
+def test_targets_beyond_an_arms_reach() -> None:
+    arm = make_robot(ARM, links=[1.0, 0.5])
+    reach = goal_from([position_goal([1.6, 0.0], "end", tolerance=0.05)], arm)[0]
+    assert reach.beyond_reach([1.56, 0.0])
+    assert not reach.beyond_reach([0.0, 1.54])
+    assert not goal_from([position_goal([99.0, 0.0])], make_robot(POINT))[0].beyond_reach([99.0, 0.0])

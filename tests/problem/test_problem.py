@@ -6,6 +6,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from math import inf
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.problem.hashing import canonical_json, hash_of, hash_of_arrays
+from pytest_lpb.problem.hashing import canonical_json, hash_of, hash_of_arrays, plain
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import robot_from
 
@@ -124,3 +126,8 @@ def test_hashes_of_arrays() -> None:
     assert hash_of_arrays([square.T]) == hash_of_arrays([np.ascontiguousarray(square.T)])
     assert hash_of_arrays([flat]) == hash_of_arrays([flat.astype(">f8")])  # byte order is the machine's affair
     assert hash_of_arrays([flat]) != hash_of_arrays([np.nextafter(flat, 9.0)])
+
+
+def test_plain_says_what_json_cannot() -> None:
+    value = {"gain": inf, "path": Path("a/b"), "pair": (1, 2.5), 3: None}
+    assert plain(value) == {"gain": "inf", "path": "a/b", "pair": [1, 2.5], "3": None}
