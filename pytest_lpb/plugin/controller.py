@@ -99,10 +99,16 @@ class ControllerPlugin:
 
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> Generator[None, object, object]:
-        """Build tables once all workers have ended (none writes any more), and before pytest prints its summary."""
+        """Build tables before pytest prints its summary: at once, and again if workers finished trials meanwhile."""
+        folder = self._folder
+        if folder is None:
+            return (yield)
+        # Who terminated the run may not wait until interrupted workers have ended.
+        self._conclude(session, folder)
+        files = list(folder.trial_files())
         result = yield
-        if self._folder is not None:
-            self._conclude(session, self._folder)
+        if list(folder.trial_files()) != files:
+            self._conclude(session, folder)
         return result
 
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
@@ -116,9 +122,9 @@ class ControllerPlugin:
             evaluation = evaluate(folder, self._session.kpis)
             self._data = write_results(evaluation, folder.path)
         except LpbError as error:
-            self._faults.append(str(error))
+            self._faults = [str(error)]
         else:
-            self._faults += evaluation.warnings
+            self._faults = list(evaluation.warnings)
             if self._session.assertion == "rate":
                 self._rates = judge_rates(evaluation.trials, folder)
         bad = self._faults or any(not verdict.met for verdict in self._rates)

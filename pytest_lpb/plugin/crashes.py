@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pytest_lpb.errors import LpbError
-from pytest_lpb.plugin.session import WORKER_RUN, LpbSession
+from pytest_lpb.plugin.session import WORKER_RUN, LpbSession, without_group
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.trial.files import write_trial
@@ -35,7 +35,8 @@ class CrashPlugin:
 
 def write_crash(session: LpbSession, node_id: str) -> None:
     """Write the zero-row file of a trial whose process died; items that are no trials are left alone."""
-    parts = node_id.partition("@")[0].split("::")  # --dist loadgroup adds @GROUP
+    node_id = without_group(node_id)
+    parts = node_id.split("::")
     planner = next((p for p in session.planners if len(parts) == 3 and p.name == parts[1]), None)
     if planner is None or not parts[2].removeprefix("seed").isdigit():
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import pytest
@@ -13,13 +14,13 @@ from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
-from pytest_lpb.plugin.session import session_of
+from pytest_lpb.plugin.session import session_of, without_group
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import Scenario
 from pytest_lpb.trajectory import Trajectory
-from pytest_lpb.trial.files import trial_path, write_once, write_trial
+from pytest_lpb.trial.files import read_trial, trial_path, write_once, write_trial
 from pytest_lpb.trial.holder import PlannerHolder
-from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, SOFTWARE_FAULTS
+from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, SOFTWARE_FAULTS, WORKER_CRASH
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import failed_trial, run_trial
 
@@ -114,7 +115,7 @@ class TrialItem(pytest.Item):
             raise TrialFailure(f"{WORKER_CRASH}: {earlier.metadata['message']}\nrepeat: {earlier.metadata['command']}")
 
     def _trial_path(self) -> Path:
-        return trial_path(session_of(self.config).run, self._key(), self.collector.name, self.seed)
+        return trial_path(session_of(self.config).run, self.collector.key, self.collector.name, self.seed)
 
     def _fails(self, outcome: str) -> bool:
         return session_of(self.config).assertion == "trial" or outcome in SOFTWARE_FAULTS
@@ -126,7 +127,7 @@ class TrialItem(pytest.Item):
             problem=scenario.concrete | {"seed": self.seed, "trials": 1},
             planner=self.collector.configuration,
             scenario=key,
-            node_id=self.nodeid,
+            node_id=without_group(self.nodeid),
             command=self._repeat(),
             attempt=getattr(self, "execution_count", 1),
             workers=options.workers,
@@ -141,10 +142,9 @@ class TrialItem(pytest.Item):
 
     def _write_problem(self, specification: TrialSpecification) -> None:
         """Write the concrete problem first: it is there even when the trial takes its process down."""
-        path = trial_path(session_of(self.config).run, specification.scenario, specification.planner.name, self.seed)
         source = f"{self.parent.parent.nodeid}, seed {self.seed}"  # type: ignore[union-attr] # a scenario file
         content = {**specification.problem, "source": source}
-        write_once(path.with_suffix(".yaml"), dump_yaml(content).encode())
+        write_once(self._trial_path().with_suffix(".yaml"), dump_yaml(content).encode())
 
     def _repeat(self) -> str:
         return session_of(self.config).repeat_command(self.path, self.collector.name, self.seed)

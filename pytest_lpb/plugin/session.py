@@ -65,6 +65,12 @@ class LpbSession:
         return shlex.join(["pytest", planners, f"--lpb-seed={seed}", "--lpb-trials=1", *flags, node_id])
 
 
+def without_group(node_id: str) -> str:
+    """A trial's node id without the `@GROUP` that xdist's --dist loadgroup adds."""
+    file, separator, seed = node_id.rpartition("::")
+    return f"{file}{separator}{seed.partition('@')[0]}"
+
+
 def session_of(config: pytest.Config) -> LpbSession:
     """The session of a configured pytest run with planners."""
     return config.stash[SESSION]

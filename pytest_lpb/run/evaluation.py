@@ -32,6 +32,9 @@ TRIAL_COLUMNS = (
     "attempt",
     "timing_contended",
 )
+# Those, and what reports need, that trial files hold as they are.
+COMPUTED = ("steps", "timing_contended")
+RECORDED = (*(name for name in TRIAL_COLUMNS if name not in COMPUTED), "message", "command")
 # What tables and reports need besides; not part of trials.csv.
 HIDDEN_COLUMNS = ("duration_s", "message", "command")
 
@@ -108,27 +111,42 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     warnings: list[str] = []
     for path in run.trial_files():
         try:
-            rows.append(_row(path, kpis, warnings))
+            rows.append(_row(_read(run, path), kpis, warnings))
         except RecordingError as error:
-            warnings.append(str(error))
+            # One line each: what Arrow says has several.
+            warnings.append(" ".join(str(error).split()))
     columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis)]
     trials = pd.DataFrame(rows, columns=columns)
     trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
     return Evaluation(run, trials, kpis, warnings)
 
 
-def _row(path: Path, kpis: Sequence[Kpi], warnings: list[str]) -> dict[str, Any]:
-    trajectory = read_trial(path)
+def _read(run: RunFolder, path: Path) -> Trajectory:
+    """A trial's raw data. Raises RecordingError when they are damaged, or those of another trial."""
+    try:
+        trajectory = read_trial(path)
+        metadata = trajectory.metadata
+        missing = [key for key in RECORDED if key not in metadata]
+        if missing:
+            raise RecordingError(f"cannot read {path}: its metadata lack {', '.join(missing)}")
+        expected = trial_path(run.path, metadata["scenario"], metadata["planner"], metadata["seed"])
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        # Damage may leave a file that can be read but makes no sense.
+        raise RecordingError(f"cannot read {path}: its content is damaged: {type(error).__name__}: {error}") from error
+    if path != expected:
+        raise RecordingError(f"{path} holds the data of another trial, {metadata['node_id']}")
+    return trajectory
+
+
+def _row(trajectory: Trajectory, kpis: Sequence[Kpi], warnings: list[str]) -> dict[str, Any]:
     metadata = trajectory.metadata
     values, faults = evaluate_kpis(trajectory, kpis)
     warnings += faults
     return {
-        **{key: metadata[key] for key in TRIAL_COLUMNS if key in metadata},
+        **{key: metadata[key] for key in RECORDED},
         "failed_criteria": "; ".join(metadata["failed_criteria"]),
         "steps": max(len(trajectory) - 1, 0),
         "timing_contended": trajectory.timing_contended,
         "duration_s": trajectory.problem.duration,
-        "message": metadata["message"],
-        "command": metadata["command"],
         **values,
     }

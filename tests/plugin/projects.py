@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import subprocess
 import sys
 import warnings
@@ -77,24 +76,19 @@ class Project:
         """Run pytest in a process of its own."""
         return self.pytester.runpytest_subprocess(*LEAN, *self._arguments(arguments, planners, fast=True))
 
-    def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[str]:
-        """Start pytest in a process group of its own, and do not wait."""
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            *LEAN,
-            *map(str, self._arguments(arguments, planners, fast=True)),
-        ]
-        return subprocess.Popen(
-            command,
-            cwd=self.path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-            env=os.environ | {"PYTHONDONTWRITEBYTECODE": "1"},
-        )
+    def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[bytes]:
+        """Start pytest in a process group of its own, and do not wait; its output goes to the file `output`."""
+        command = [sys.executable, "-m", "pytest", *LEAN, *map(str, self._arguments(arguments, planners, fast=True))]
+        with self.output.open("wb") as output:
+            # A pipe that nobody reads would stop the process.
+            return subprocess.Popen(
+                command, cwd=self.path, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+            )
+
+    @property
+    def output(self) -> Path:
+        """What a started process has printed."""
+        return self.path / "output"
 
     @staticmethod
     def _arguments(arguments: tuple[str | Path, ...], planners: str | None, fast: bool) -> list[str | Path]:
@@ -184,7 +178,7 @@ def run_without_pytest(folder: Path) -> Path:
     for name, content in files.items():
         (folder / f"{name}.yaml").write_text(content, encoding="utf-8")
     planners = find_planners(["pd", "potential_field"], [])
-    options = {"kpis": None, "plugins": [], "seeds": {"first": None, "trials": 2}, "workers": 1}
+    options: dict[str, Any] = {"kpis": None, "plugins": [], "seeds": {"first": None, "trials": 2}, "workers": 1}
     information = run_information(
         ["pytest"], planners, {name: folder / f"{name}.yaml" for name in files}, options, folder
     )

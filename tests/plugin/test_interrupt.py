@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import time
 
 import pytest
@@ -22,7 +23,7 @@ class Slow(Planner):
     name = "slow"
 
     def setup(self, problem):
-        self.pause = 0.05 if problem.seed < 3 else 1.0
+        self.pause = 0.02 if problem.seed < 3 else 0.1
 
     def compute_action(self, observation):
         time.sleep(self.pause)
@@ -42,14 +43,15 @@ def test_finished_trials_are_kept(project: Project, number: signal.Signals, work
     arguments = ["-n", str(workers)] if workers else []
     process = project.start(*arguments, "--lpb-trials=40", "--lpb-assert=none", "scenarios", planners="slow")
     try:
-        wait_for_trials(project, 3)
+        wait_for_trials(project, process, 3)
         # A terminal sends Ctrl-C to all processes of the run; `kill` and schedulers address the first.
         (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
-        output, _ = process.communicate(timeout=PATIENCE_S)
+        process.wait(timeout=PATIENCE_S)
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+    output = project.output.read_text()
     assert process.returncode == 2, output
     (run,) = project.runs()
     assert read_run(run)["schema_version"] == 1
@@ -68,10 +70,11 @@ def test_finished_trials_are_kept(project: Project, number: signal.Signals, work
     assert {name: (run / name).read_bytes() for name in tables} == tables
 
 
-def wait_for_trials(project: Project, count: int) -> None:
+def wait_for_trials(project: Project, process: subprocess.Popen[bytes], count: int) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while len(list(project.path.glob("reports/2*/trials/**/*.parquet"))) < count:
-        assert time.monotonic() < deadline, "no trials were written"
+        assert process.poll() is None, project.output.read_text()
+        assert time.monotonic() < deadline, project.output.read_text()
         time.sleep(0.02)
 
 

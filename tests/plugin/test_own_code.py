@@ -110,10 +110,8 @@ def test_parameters_of_a_robot(project: Project) -> None:
 
 
 def lpb_report(folder: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "pytest_lpb.cli", *map(str, arguments)]
     script = f"import sys; from pytest_lpb.cli import main; sys.exit(main({[str(a) for a in arguments]!r}))"
-    command = [sys.executable, "-c", script]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return subprocess.run([sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize("place", ["plain", "package"])

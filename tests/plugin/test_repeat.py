@@ -44,7 +44,7 @@ def test_the_text_of_a_failure(project: Project) -> None:
 def test_seeds_and_flags(project: Project) -> None:
     project.scenario(content=RANGES)
     result = project.run("--lpb-seed=7", "--lpb-trials=2", "--lpb-random-goal", "--lpb-random-start", "scenarios")
-    first, second = commands(result)
+    _, second = commands(result)
     assert {"--lpb-seed=8", "--lpb-trials=1", "--lpb-random-goal", "--lpb-random-start"} < set(second)
     repeat(project, second)
 

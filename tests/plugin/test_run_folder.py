@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import re
 import socket
@@ -17,15 +16,49 @@ from pytest_lpb.run.folder import RunFolder
 
 from .projects import DRAWN, UNSOLVED, Project, Row, read_run, read_table, text_of, trial_files
 
-TRIAL_COLUMNS = (
-    "node_id scenario planner seed outcome success failed_criteria steps problem_hash trajectory_hash wall_s attempt "
-    "timing_contended"
-).split()
-SUMMARY_COLUMNS = "scenario planner trials problems successes success_rate success_low success_high".split()
-COMPARISON_COLUMNS = (
-    "planner_a planner_b scenario kpi over pairs median_a median_b difference difference_low difference_high ratio p "
-    "p_adjusted improvement_probability verdict"
-).split()
+TRIAL_COLUMNS = [
+    "node_id",
+    "scenario",
+    "planner",
+    "seed",
+    "outcome",
+    "success",
+    "failed_criteria",
+    "steps",
+    "problem_hash",
+    "trajectory_hash",
+    "wall_s",
+    "attempt",
+    "timing_contended",
+]
+SUMMARY_COLUMNS = [
+    "scenario",
+    "planner",
+    "trials",
+    "problems",
+    "successes",
+    "success_rate",
+    "success_low",
+    "success_high",
+]
+COMPARISON_COLUMNS = [
+    "planner_a",
+    "planner_b",
+    "scenario",
+    "kpi",
+    "over",
+    "pairs",
+    "median_a",
+    "median_b",
+    "difference",
+    "difference_low",
+    "difference_high",
+    "ratio",
+    "p",
+    "p_adjusted",
+    "improvement_probability",
+    "verdict",
+]
 SHA256 = re.compile("[0-9a-f]{64}")
 
 
@@ -57,7 +90,7 @@ def test_content(run: Path) -> None:
 
     latest = run.parent / "latest"
     assert latest.is_symlink()
-    assert os.readlink(latest) == run.name
+    assert latest.readlink() == Path(run.name)
 
     report = (run / "report.html").read_text("utf-8")
     assert "point/drawn" in report

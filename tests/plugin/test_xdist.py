@@ -9,7 +9,7 @@ from pytest_lpb.plugin.activation import _workers
 from .projects import DRAWN, UNSOLVED, Project, read_run, text_of
 
 Hashes = dict[tuple[str, str, str], str]
-ARGUMENTS = ("--lpb-trials=3", "scenarios")
+ARGUMENTS = ("--lpb-trials=2", "scenarios")
 PLANNERS = "pd,potential_field"
 
 
@@ -21,9 +21,9 @@ def both(project: Project) -> Project:
 
 
 def serial(project: Project) -> Hashes:
-    project.run(*ARGUMENTS, planners=PLANNERS).assert_outcomes(passed=6, failed=6)
+    project.run(*ARGUMENTS, planners=PLANNERS).assert_outcomes(passed=4, failed=4)
     hashes = project.hashes()
-    assert len(hashes) == 12
+    assert len(hashes) == 8
     return hashes
 
 
@@ -32,15 +32,14 @@ def test_every_way_to_share_out_trials(both: Project, mode: str) -> None:
     expected = serial(both)
     result = both.run_workers("--dist", mode, *ARGUMENTS, planners=PLANNERS)
     times = 2 if mode == "each" else 1
-    result.assert_outcomes(passed=6 * times, failed=6 * times)
+    result.assert_outcomes(passed=4 * times, failed=4 * times)
     assert result.ret == 1
     rows = both.rows()
-    assert len(rows) == 12
+    assert len(rows) == 8
+    assert [row["node_id"] for row in rows] == [row["node_id"] for row in both.rows(both.runs()[0])]
     assert both.hashes() == expected
     run = both.runs()[-1]
     assert read_run(run)["workers"] == 2
-    # Two workers on two cores or fewer: timing says so.
-    assert len(list(both.path.glob("reports/*/run.json"))) == 3  # two runs and `latest`
     assert "INTERNALERROR" not in text_of(result)
 
 
@@ -49,27 +48,11 @@ def test_order_and_company_change_nothing(both: Project) -> None:
     both.write("conftest.py", "def pytest_collection_modifyitems(items):\n    items.reverse()\n")
     result = both.run(*ARGUMENTS, "-v", planners=PLANNERS)
     lines = [line for line in result.stdout.lines if "::seed" in line and "%]" in line]
-    assert lines[0].startswith("scenarios/far.yaml::potential_field::seed2")
+    assert lines[0].startswith("scenarios/far.yaml::potential_field::seed1")
     assert both.hashes() == expected
-    for scenario, planner, seed in list(expected)[::5]:
+    for scenario, planner, seed in list(expected)[::3]:
         both.run(f"scenarios/{scenario}.yaml", f"--lpb-seed={seed}", "--lpb-trials=1", planners=planner)
         assert both.hashes() == {(scenario, planner, seed): expected[scenario, planner, seed]}
-
-
-def test_groups_of_users(both: Project) -> None:
-    both.write(
-        "conftest.py",
-        """
-import pytest
-
-def pytest_collection_modifyitems(items):
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("one"))
-""",
-    )
-    result = both.run_workers("--dist", "loadgroup", "--lpb-trials=1", "scenarios/drawn.yaml")
-    result.assert_outcomes(passed=1)
-    assert both.row()["scenario"] == "drawn"
 
 
 class _Config:

@@ -1,0 +1,301 @@
+"""`lpb-report`: tables, reports and plots from raw data."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pytest_lpb.cli import main
+from pytest_lpb.kpis.registry import default_registry as kpis
+from pytest_lpb.report.plots import default_registry as plots
+
+from .plugin.projects import DRAWN, UNSOLVED, Project, read_table
+
+RESULTS = ("trials.csv", "summary.csv", "comparisons.csv", "report.html")
+State = dict[str, tuple[int, bytes]]
+
+
+@pytest.fixture(autouse=True)
+def forgotten() -> Iterator[None]:
+    """KPIs and plots that a test registers are not the next test's."""
+    with kpis.preserved(), plots.preserved():
+        yield
+
+
+@pytest.fixture
+def run(finished_run: Path, tmp_path: Path) -> Path:
+    """A copy of a finished run with two planners, two scenarios and two seeds, elsewhere than where it was made."""
+    folder = tmp_path / "moved here" / finished_run.name
+    shutil.copytree(finished_run, folder)
+    return folder
+
+
+def raw_data(run: Path) -> State:
+    files = [run / "run.json", *(path for path in (run / "trials").rglob("*") if path.is_file())]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in files}
+
+
+def results(run: Path) -> dict[str, bytes]:
+    return {name: (run / name).read_bytes() for name in RESULTS}
+
+
+def node_ids(folder: Path) -> set[str]:
+    return {row["node_id"] for row in read_table(folder / "trials.csv")}
+
+
+def test_rebuilt_results_equal_the_runs_own(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before, raw = results(run), raw_data(run)
+    for name in RESULTS:
+        (run / name).unlink()
+    assert main([str(run)]) == 0
+    assert results(run) == before
+    assert raw_data(run) == raw
+    output = capsys.readouterr().out
+    assert output.splitlines()[-1] == f"report: {run / 'report.html'}"
+    assert "potential_field" in output
+
+
+def test_results_of_a_run_of_pytest(project: Project) -> None:
+    project.scenario("scenarios/drawn.yaml", DRAWN)
+    project.scenario("scenarios/far.yaml", UNSOLVED)
+    project.run("--lpb-trials=2", "scenarios", planners="pd,potential_field")
+    (run,) = project.runs()
+    before, raw = results(run), raw_data(run)
+    for name in RESULTS:
+        (run / name).unlink()
+    assert main([str(run)]) == 0
+    # The KPIs are those of the run: one was asked for.
+    assert results(run) == before
+    assert raw_data(run) == raw
+
+
+def test_a_concrete_problem_repeats_its_trial_after_the_run_was_moved(
+    project: Project, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    project.scenario(content=DRAWN)
+    project.run("--lpb-trials=2", "scenarios", planners="potential_field")
+    (row,) = [row for row in project.rows() if row["seed"] == "1"]
+    moved = tmp_path_factory.mktemp("moved") / "run"
+    project.runs()[0].rename(moved)
+    project.run(moved / "trials/point/x/potential_field/seed1.yaml", planners="potential_field")
+    again = project.row()
+    assert again["trajectory_hash"] == row["trajectory_hash"]
+    assert again["problem_hash"] == row["problem_hash"]
+    assert again["seed"] == "1"
+
+
+@pytest.mark.parametrize("name", ["latest", "reports/latest"])
+def test_latest(project: Project, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    project.scenario()
+    project.run("scenarios")
+    project.run("scenarios")
+    capsys.readouterr()
+    assert main([name]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"report: {project.runs()[-1] / 'report.html'}"
+
+
+def test_chosen_kpis(run: Path, tmp_path: Path) -> None:
+    before = results(run)
+    assert main([str(run), "--kpis=sparc,time_to_goal_s"]) == 0
+    # A part of the run's results never takes the place of all.
+    assert results(run) == before
+    row = read_table(run / "selected/trials.csv")[0]
+    assert list(row)[-2:] == ["time_to_goal_s", "sparc"]
+    assert main([str(run), "--kpis=sparc", "--output", str(tmp_path / "out")]) == 0
+    assert list(read_table(tmp_path / "out/trials.csv")[0])[-2:] == ["timing_contended", "sparc"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--planners=pd"], {f"{name}.yaml::pd::seed{seed}" for name in ("drawn", "unsolved") for seed in (0, 1)}),
+        (["--scenarios=drawn"], {f"drawn.yaml::{p}::seed{seed}" for p in ("pd", "potential_field") for seed in (0, 1)}),
+        (["--scenarios=drawn", "--planners=pd"], {f"drawn.yaml::pd::seed{seed}" for seed in (0, 1)}),
+    ],
+)
+def test_selected_trials(run: Path, tmp_path: Path, arguments: list[str], expected: set[str]) -> None:
+    before = results(run)
+    assert main([str(run), *arguments, "--output", str(tmp_path / "out")]) == 0
+    assert node_ids(tmp_path / "out") == expected
+    assert main([str(run), *arguments]) == 0
+    assert node_ids(run / "selected") == expected
+    assert results(run) == before
+
+
+def test_one_trial(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = results(run)
+    assert main([str(run), "--trial=drawn.yaml::pd::seed1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "drawn.yaml::pd::seed1: success"
+    assert lines[1].startswith("reached the goal after ")
+    assert lines[2] == "repeat: pytest drawn.yaml::pd::seed1"
+    assert lines[3].split() == ["kpi", "value", "unit", "group"]
+    assert any(line.startswith("solver_time_p95_ms ") for line in lines)
+    assert results(run) == before
+
+
+def test_comparison(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run), "--compare=pd,potential_field"]) == 0
+    output = capsys.readouterr().out
+    assert "a = pd, b = potential_field" in output
+    assert any(line.startswith("success ") for line in output.splitlines())
+    rows = read_table(run / "selected/comparisons.csv")
+    assert {(row["planner_a"], row["planner_b"]) for row in rows} == {("pd", "potential_field")}
+
+
+def test_plots(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plugin = tmp_path / "my_plots.py"
+    plugin.write_text(
+        "from pytest_lpb import plot\n\n"
+        '@plot(name="own", scope="run")\n'
+        "def own(trajectories, axes):\n"
+        "    axes.plot([0, 1], [0, 1])\n"
+    )
+    out = tmp_path / "out"
+    assert main([str(run), "--plugin", str(plugin), "--plot=own", "--output", str(out)]) == 0
+    assert "plots: " in capsys.readouterr().out
+    files = [path for path in (out / "plots").rglob("*") if path.is_file()]
+    assert {path.suffix for path in files} == {".png", ".pdf"}
+    assert all("own" in path.name for path in files)
+    sys.modules.pop("my_plots")
+
+
+KPI = """
+from pytest_lpb import kpi
+
+@kpi(name="y_max_m", unit="m", direction="higher", over="all")
+def y_max(trajectory):
+    return trajectory.link("body")[:, 1].max()
+"""
+
+
+@pytest.mark.parametrize("by_path", [True, False])
+def test_plugins(
+    project: Project, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, by_path: bool
+) -> None:
+    name = f"late_kpis_{int(by_path)}"
+    file = tmp_path / f"{name}.py"
+    file.write_text(KPI)
+    monkeypatch.syspath_prepend(tmp_path)
+    plugin = str(file) if by_path else name
+    assert main([str(run), "--plugin", plugin, "--output", str(tmp_path / "out")]) == 0
+    assert all(row["y_max_m"] for row in read_table(tmp_path / "out/trials.csv"))
+    sys.modules.pop(name)
+
+
+WRONG = {
+    "no run": (["nowhere"], "nowhere is no run folder: it has no run.json"),
+    "unknown planner": (
+        ["--planners=pdd"],
+        "no planner 'pdd' in this run; did you mean 'pd'?; there are pd, potential",
+    ),
+    "unknown scenario": (["--scenarios=drown"], "no scenario 'drown' in this run; did you mean 'drawn'?"),
+    "unknown trial": (["--trial=drawn.yaml::pd::seed7"], "in this run; did you mean 'drawn.yaml::pd::seed"),
+    "unknown KPI": (["--kpis=sparcs"], "unknown KPI 'sparcs'; did you mean 'sparc'"),
+    "one planner to compare": (["--compare=pd"], "--compare takes two planners, found pd; write --compare=A,B"),
+    "the same twice": (["--compare=pd,pd"], "--compare takes two planners, found pd, pd"),
+    "unknown planner to compare": (["--compare=pd,potential_feld"], "did you mean 'potential_field'?"),
+    "unknown plot": (["--plot=pahts"], "pahts"),
+    "no module": (["--plugin=no_such_module"], "--plugin: cannot import 'no_such_module'"),
+    "no file": (["--plugin=no_such_file.py"], "cannot load KPIs from no_such_file.py"),
+    "output in a file": (["--output=/dev/null/x"], "cannot write /dev/null/x"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG.values(), ids=list(WRONG))
+def test_wrong_arguments(run: Path, arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before, raw = results(run), raw_data(run)
+    given = arguments if arguments[0] == "nowhere" else [str(run), *arguments]
+    assert main(given) == 4
+    captured = capsys.readouterr()
+    assert captured.err.startswith("lpb-report: error: ")
+    assert message in captured.err
+    assert results(run) == before
+    assert raw_data(run) == raw
+
+
+def test_a_folder_of_runs_names_them(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run.parent)]) == 4
+    assert f"run folders in {run.parent}: {run.name}" in capsys.readouterr().err
+
+
+def test_a_broken_run_file(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (run / "run.json").write_text("{")
+    assert main([str(run)]) == 4
+    assert f"cannot read {run / 'run.json'}" in capsys.readouterr().err
+
+
+def _cut(content: bytes) -> bytes:
+    return content[: len(content) // 2]
+
+
+def _empty(content: bytes) -> bytes:
+    return b""
+
+
+def _garbled(content: bytes) -> bytes:
+    return content[:100] + bytes(200) + content[300:]
+
+
+def _text(content: bytes) -> bytes:
+    return b"no Parquet at all\n"
+
+
+def _broken_metadata(content: bytes) -> bytes:
+    return content.replace(b'"attempt":1', b'"attempt":}')
+
+
+def _other_metadata(content: bytes) -> bytes:
+    return content.replace(b'"planner":"pd"', b'"plonker":"pd"')
+
+
+@pytest.mark.parametrize("damage", [_cut, _empty, _garbled, _text, _broken_metadata, _other_metadata])
+def test_a_damaged_trial_file(run: Path, damage: object, capsys: pytest.CaptureFixture[str]) -> None:
+    assert callable(damage)
+    file = run / "trials/drawn/pd/seed1.parquet"
+    damaged = damage(file.read_bytes())
+    if damaged == file.read_bytes():
+        pytest.skip("the metadata is stored in another form")
+    file.write_bytes(damaged)
+    before = node_ids(run)
+    raw = raw_data(run)
+    assert main([str(run)]) == 1
+    warnings = capsys.readouterr().err.splitlines()
+    assert len(warnings) == 1
+    assert warnings[0].startswith("lpb-report: warning: ")
+    assert str(file) in warnings[0]
+    assert before - node_ids(run) == {"drawn.yaml::pd::seed1"}
+    assert raw_data(run) == raw
+
+
+def test_a_run_without_trials(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.rmtree(run / "trials")
+    assert main([str(run)]) == 0
+    assert read_table(run / "trials.csv") == []
+    assert (run / "report.html").is_file()
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out.startswith("pytest-lpb ")
+
+
+def test_abbreviated_options_are_refused(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([str(run), "--planner=pd"])
+    assert stop.value.code == 2
+    assert "--planner" in capsys.readouterr().err
+
+
+def test_a_trial_file_of_another_trial(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copy(run / "trials/drawn/pd/seed0.parquet", run / "trials/drawn/pd/seed7.parquet")
+    assert main([str(run)]) == 1
+    warning = "seed7.parquet holds the data of another trial, drawn.yaml::pd::seed0"
+    assert warning in capsys.readouterr().err
+    assert len(read_table(run / "trials.csv")) == 8
