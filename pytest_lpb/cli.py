@@ -11,8 +11,8 @@ from pytest_lpb import __version__
 from pytest_lpb.errors import LpbError
 from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import report_data, write_results
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
-from pytest_lpb.report.view import ReportData
 from pytest_lpb.run.evaluation import Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules

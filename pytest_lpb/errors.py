@@ -1,4 +1,12 @@
-"""The errors pytest-lpb raises on purpose. All derive from `LpbError`; anything else is a bug."""
+"""The errors pytest-lpb raises on purpose, and how errors of other people's code are told in one line.
+
+All of ours derive from `LpbError`; anything else is a bug.
+"""
+
+import traceback
+from pathlib import Path
+
+_OWN = Path(__file__).parent  # faults found by our own code say themselves where they are
 
 
 class LpbError(Exception):
@@ -31,3 +39,22 @@ class RecordingError(LpbError):
 
 class KpiError(LpbError):
     """A KPI is registered wrongly, is unknown, or returned something that is not a number."""
+
+
+class DivergedError(PlannerError):
+    """A planner's actions drove the robot's state beyond all measure."""
+
+
+def described(error: BaseException) -> str:
+    """An exception in one line: type, text, and the file and line that raised it."""
+    try:
+        text = str(error)
+    except Exception as failure:
+        # An exception of someone else's may fail to say what it is.
+        text = f"(its text cannot be shown: {type(failure).__name__})"
+    told = isinstance(error, ImportError | LpbError) and text
+    line = (text if told else f"{type(error).__name__}: {text}" if text else type(error).__name__).replace("\n", " ")
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).is_file()]
+    if isinstance(error, ImportError | SyntaxError) or not frames or _OWN in Path(frames[-1].filename).parents:
+        return line
+    return f"{line} ({frames[-1].filename}:{frames[-1].lineno})"

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable
 
 MAX_NAME_LENGTH = 100
-NAME_PATTERN = re.compile(r"[A-Za-z0-9_.-]+")
+NAME_PATTERN = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]*")
 
 
 def is_name(text: str) -> bool:

@@ -34,6 +34,8 @@ class Trajectory:
 
     def __init__(self, columns: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], problem: Problem) -> None:
         self.columns = columns
+        for column in columns.values():
+            column.flags.writeable = False  # raw data never change, whatever a KPI does
         self.metadata = metadata
         self.problem = problem
         # What KPIs have computed from the raw data and share with each other; raw data never change.
@@ -122,7 +124,10 @@ class Trajectory:
         for goal in self.problem.goal:
             if goal.tolerance is not None:
                 within &= self.goal_error(goal.name) <= goal.tolerance
-        return first_held_row(within, self.problem.hold_rows)
+        hold_rows = self.problem.hold_rows
+        if hold_rows is None and len(self) <= self.problem.steps:
+            return None  # "to the end" means the scenario's, not that of a trial cut short
+        return first_held_row(within, hold_rows)
 
     @property
     def timing_contended(self) -> bool:
@@ -154,7 +159,9 @@ class Trajectory:
             names.append(f"{prefix}{len(names)}")
         if not names:
             self.column(f"{prefix}0")
-        return np.column_stack([self.columns[name] for name in names])
+        matrix = np.column_stack([self.columns[name] for name in names])
+        matrix.flags.writeable = False
+        return matrix
 
     def _position(self, kind: str, name: str) -> FloatArray:
         self.column(f"{kind}_{name}_x")

@@ -7,9 +7,9 @@ from math import nan
 
 from pytest_lpb.environment.engine import Clearance, Engine
 from pytest_lpb.environment.limits import PositionLimits
+from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M
 from pytest_lpb.problem.problem import Problem
 
-CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within rounding is none
 STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
 STALL_TIME_S = 5.0  # standstill at the end of a trial that makes a timeout `stalled`
 
@@ -46,7 +46,7 @@ class Monitor:
         self.violation: Violation | None = None
         self.goal_row: int | None = None
         self._entered: int | None = None
-        self._moved_at = 0
+        self._moved_at = -1
 
     def set_target(self, index: int, target: list[float]) -> None:
         """Move the target of a sub-goal."""
@@ -94,4 +94,4 @@ class Monitor:
         if self.goal_row is not None:
             return "success"
         still_for = (last_row - self._moved_at) * self._problem.dt
-        return "stalled" if still_for >= STALL_TIME_S else "timeout"
+        return "stalled" if still_for > STALL_TIME_S else "timeout"

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from pytest_lpb.environment.engine import Clearance
+from pytest_lpb.errors import DivergedError
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
 from pytest_lpb.problem.problem import Problem
+
+BEYOND_MEASURE = 1e12  # [m or rad] beyond this a position is a sign of divergence, and sines lose all digits
 
 
 class PlanarEngine:
@@ -30,7 +35,16 @@ class PlanarEngine:
 
     def advance(self, action: list[float]) -> None:
         """Move by dt under a constant action (n_actions,)."""
-        self.q, self.u = self._robot.integrate(self.q, self.u, action, self._dt)
+        try:
+            q, u = self._robot.integrate(self.q, self.u, action, self._dt)
+        except (OverflowError, ValueError):
+            q, u = [inf], self.u
+        for value in q:
+            if not -BEYOND_MEASURE < value < BEYOND_MEASURE:
+                raise DivergedError(
+                    f"the actions drove the robot's position beyond {BEYOND_MEASURE:g} (last action {action})"
+                )
+        self.q, self.u = q, u
         self._refresh()
 
     def _refresh(self) -> None:

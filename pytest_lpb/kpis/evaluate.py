@@ -37,7 +37,9 @@ def evaluate_kpis(trajectory: Trajectory, kpis: Iterable[Kpi]) -> tuple[dict[str
         for entry in kpis:
             try:
                 values[entry.name] = as_number(entry(trajectory))
-            except Exception as error:  # a user's function may raise anything; the fault is handed on
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:  # also SystemExit and pytest.fail: the fault is handed on
                 values[entry.name] = math.nan
                 faults.append(_fault(entry, trajectory, error))
     return values, faults
@@ -53,7 +55,7 @@ def as_number(value: object) -> float:
     return result
 
 
-def _fault(entry: Kpi, trajectory: Trajectory, error: Exception) -> str:
+def _fault(entry: Kpi, trajectory: Trajectory, error: BaseException) -> str:
     node_id = trajectory.metadata.get("node_id", "a trial without node id")
     text = _shortened(" ".join(str(error).split()), _LONGEST_TEXT)
     return f"KPI {entry.name} is NaN for {node_id}: {type(error).__name__}: {text} ({entry.place})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -107,7 +108,9 @@ class PlannerProblem:
             "duration": problem.duration,
         }
         robot = problem.robot.to_dict()
-        return cls({**settings, "period": period, "robot": robot, "goal": goal, "obstacles": obstacles})
+        # A copy: whatever a planner does to it, the problem stays as it is.
+        entry = {**settings, "period": period, "robot": robot, "goal": goal, "obstacles": obstacles}
+        return cls(copy.deepcopy(entry))
 
     @property
     def structure(self) -> Structure:

@@ -9,11 +9,12 @@ import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic.errors import PydanticUserError
 
 from pytest_lpb.documents.reader import Document
 from pytest_lpb.errors import ConfigurationError
@@ -22,6 +23,7 @@ from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.registry import planner_class
 from pytest_lpb.problem.hashing import hash_of, plain
 
+MAX_STEPS = 1_000_000
 ROUNDING = 1e-6  # relative slack of "a multiple of dt"
 
 
@@ -47,6 +49,9 @@ class PlannerConfiguration:
         """The planner's class."""
         return planner_class(self.planner)
 
+    # Parameters by (robot, control): every trial asks, and validation costs more than a trial step.
+    _resolved: dict[tuple[str, str], Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+
     def check(self) -> None:
         """Check the parameters of every robot against the class. Raises ConfigurationError."""
         self._validated(dict(self.parameters), "parameters")
@@ -55,10 +60,14 @@ class PlannerConfiguration:
 
     def parameters_for(self, robot: str, control: str) -> Any:
         """The class's Parameters for a robot; the most specific entry of `per_robot` wins, key by key."""
+        known = self._resolved.get((robot, control))
+        if known is not None:
+            return known
         merged = dict(self.parameters)
         for key in (f"@{control}", robot, f"{robot}@{control}"):
             merged.update(self.per_robot.get(key, {}))
-        return self._validated(merged, "parameters")
+        self._resolved[robot, control] = parameters = self._validated(merged, "parameters")
+        return parameters
 
     def build(self) -> Planner:
         """A new planner with the parameters that hold for no robot in particular."""
@@ -73,10 +82,14 @@ class PlannerConfiguration:
         return self._multiple("delay", self.delay, dt, least=0)
 
     def _multiple(self, key: str, value: float, dt: float, least: int) -> int:
+        if value > MAX_STEPS * dt:
+            raise ConfigurationError(
+                f"{self._place(key)}: found {value:g} s; allowed are at most {MAX_STEPS} steps of dt"
+            )
         steps = round(value / dt)
         if steps < least or abs(steps * dt - value) > ROUNDING * dt:
             raise ConfigurationError(
-                f"planner {self.name!r}: {key}: {value:g} s is no multiple of this scenario's dt = {dt:g} s; "
+                f"{self._place(key)}: {value:g} s is no multiple of this scenario's dt = {dt:g} s; "
                 f"use {max(steps, least) * dt:g}"
             )
         return steps
@@ -85,7 +98,7 @@ class PlannerConfiguration:
     def parameters_hash(self) -> str:
         """SHA-256 of everything that decides what the planner does, wherever its file lies."""
         defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
-        per_robot = {key: dict(value) for key, value in self.per_robot.items()}
+        per_robot = plain(self.per_robot)
         cls = self.planner_class
         return hash_of(
             {
@@ -115,7 +128,7 @@ class PlannerConfiguration:
             "planner": self.planner,
             "file": str(self.path) if self.path else None,
             "parameters": defaults,
-            "per_robot": {key: dict(value) for key, value in self.per_robot.items()},
+            "per_robot": plain(self.per_robot),
             "parameters_hash": self.parameters_hash,
             "source_hash": self.source_hash,
             "period": self.period,
@@ -135,6 +148,7 @@ class PlannerConfiguration:
 
     def _validated(self, parameters: dict[str, Any], *loc: str) -> Any:
         cls = self.planner_class
+        adapter = _adapter(f"{cls.__module__}:{cls.__qualname__}", cls.Parameters)
         allowed = {item.name for item in dataclasses.fields(cls.Parameters)}
         for key in parameters:
             if key not in allowed:
@@ -143,7 +157,7 @@ class PlannerConfiguration:
                     f"{cls.__name__} has {listed(allowed)}"
                 )
         try:
-            return TypeAdapter(cls.Parameters).validate_json(json.dumps(parameters), strict=True)
+            return adapter.validate_json(json.dumps(parameters), strict=True)
         except ValidationError as error:
             raise ConfigurationError(
                 "\n".join(
@@ -151,3 +165,18 @@ class PlannerConfiguration:
                     for fault in error.errors()
                 )
             ) from None
+
+
+@cache
+def _adapter(place: str, parameters: Any) -> TypeAdapter[Any]:
+    """What reads a planner's Parameters. Raises ConfigurationError for a class that no YAML can be read into."""
+    if not (isinstance(parameters, type) and dataclasses.is_dataclass(parameters)):
+        raise ConfigurationError(f"{place}: Parameters must be a dataclass: put @dataclass(frozen=True) above it")
+    try:
+        return TypeAdapter(parameters)
+    except (PydanticUserError, NameError) as error:
+        text = str(error).partition("\n")[0]
+        raise ConfigurationError(
+            f"{place}: Parameters has a field of a type that no YAML value fits: {text}; "
+            "use numbers, text, booleans, lists and the like"
+        ) from error

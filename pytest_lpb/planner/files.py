@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -87,7 +88,7 @@ def read_planner(path: Path, name: str) -> PlannerConfiguration:
     Raises ConfigurationError with file and line for everything that is wrong with it.
     """
     if not is_name(name):
-        raise ConfigurationError(f"planner name {name!r} is not allowed; use letters, digits, _ . -")
+        raise ConfigurationError(f"planner name {name!r} is not allowed; use letters, digits, _ . - and no leading dot")
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -105,6 +106,10 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
     except ValidationError as error:
         raise ConfigurationError("\n".join(_message(document, path, fault) for fault in error.errors())) from None
     faults = [
+        f"{path}:{document.line_of(loc)}: {'.'.join(map(str, loc))}: found {value}; a finite number is required"
+        for loc, value in _not_finite(document.data, ())
+    ]
+    faults += [
         f"{path}:{document.line_of(('per_robot', key))}: per_robot: {key}: unknown control {control!r}"
         f"{suggestion(control, CONTROLS)}; allowed: {listed(CONTROLS)}"
         for key in content.per_robot
@@ -135,3 +140,12 @@ def _message(document: Document, path: Path, fault: Any) -> str:
     if fault["type"] == "missing":
         return f"{path}:{line}: {key}: missing; name the planner's class here"
     return f"{path}:{line}: {key}: {fault['msg']}, found {fault['input']!r}"
+
+
+def _not_finite(value: Any, loc: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], float]]:
+    """Places of infinities and NaN in a document: no JSON, and so no record of the run, could hold them."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from _not_finite(item, (*loc, key))
+    if isinstance(value, float) and not isfinite(value):
+        yield loc, value

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
-from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.errors import ConfigurationError, described
 from pytest_lpb.names import is_name, listed, suggestion
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ def register(cls: type[Planner]) -> None:
     """
     if not isinstance(cls.name, str) or not is_name(cls.name):
         raise ConfigurationError(
-            f"planner class {_place(cls)}: name {cls.name!r} is not allowed; use letters, digits, _ . -"
+            f"planner class {_place(cls)}: name {cls.name!r} is not allowed; use letters, digits, _ . - and no leading dot"
         )
     other = _classes.get(cls.name)
     if other is not None and _place(other) != _place(cls):
@@ -68,12 +67,13 @@ def planner_class(reference: str) -> type[Planner]:
 
 
 def _imported(module: str, reference: str, attribute: str) -> Any:
+    if not all(part.isidentifier() for part in (*module.split("."), *attribute.split("."))):
+        raise ConfigurationError(f"planner {reference!r}: write it as module:Class, such as my_package.planners:Mine")
     try:
         value: Any = import_module(module)
-    except ImportError as error:
-        raise ConfigurationError(
-            f"planner {reference!r}: cannot import {module!r}: {error} (searched {len(sys.path)} folders of sys.path)"
-        ) from error
+    except Exception as error:
+        # A module of a user may fail in any way while it is imported.
+        raise ConfigurationError(f"planner {reference!r}: cannot import {module!r}: {described(error)}") from error
     for part in attribute.split("."):
         if not hasattr(value, part):
             raise ConfigurationError(f"planner {reference!r}: {module!r} has no {part!r}{suggestion(part, dir(value))}")

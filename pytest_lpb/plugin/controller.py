@@ -21,7 +21,7 @@ from pytest_lpb.run.provenance import run_information
 
 if TYPE_CHECKING:
     from pytest_lpb.plugin.rates import RateVerdict
-    from pytest_lpb.report.view import ReportData
+    from pytest_lpb.report.data import ReportData
 
 
 class ControllerPlugin:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from threadpoolctl import threadpool_limits
 
+from pytest_lpb.documents.atomic import write_once
 from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
@@ -18,7 +19,7 @@ from pytest_lpb.plugin.session import session_of, without_group
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import Scenario
 from pytest_lpb.trajectory import Trajectory
-from pytest_lpb.trial.files import read_trial, trial_path, write_once, write_trial
+from pytest_lpb.trial.files import read_trial, trial_path, write_trial
 from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, SOFTWARE_FAULTS, WORKER_CRASH
 from pytest_lpb.trial.specification import TrialSpecification

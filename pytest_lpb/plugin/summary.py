@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from pytest_lpb.plugin.rates import RateVerdict
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.text import planner_table
-from pytest_lpb.report.view import ReportData
 
 MAX_FAILURES = 40  # lines of failed trials; the report has them all
 

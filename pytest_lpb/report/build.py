@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import write_report
-from pytest_lpb.report.view import ReportData
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
 

@@ -8,18 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.numbers import count, finite, interval, kpi_title, percent, show, unit_text
 from pytest_lpb.report.scale import Scale, scale_for
-from pytest_lpb.report.view import (
-    BarGroup,
-    BarRow,
-    BoxGroup,
-    BoxRow,
-    KpiFigure,
-    KpiLike,
-    PlannerStyle,
-    ReportData,
-)
+from pytest_lpb.report.view import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, PlannerStyle
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +62,7 @@ def kpi_figures(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[l
     return figures, empty
 
 
-def _kpi_figure(data: ReportData, kpi: KpiLike, styles: Mapping[str, PlannerStyle]) -> KpiFigure | None:
+def _kpi_figure(data: ReportData, kpi: ReportedKpi, styles: Mapping[str, PlannerStyle]) -> KpiFigure | None:
     trials = data.trials[data.trials["success"].eq(True)] if kpi.over == "solved" else data.trials
     trials = trials.assign(**{kpi.name: trials[kpi.name].astype(float)})
     trials = trials[np.isfinite(trials[kpi.name])]
@@ -97,7 +89,7 @@ def _kpi_figure(data: ReportData, kpi: KpiLike, styles: Mapping[str, PlannerStyl
     )
 
 
-def _notes(kpi: KpiLike, trials: pd.DataFrame, scale: Scale, *, complete: bool) -> list[str]:
+def _notes(kpi: ReportedKpi, trials: pd.DataFrame, scale: Scale, *, complete: bool) -> list[str]:
     notes = [DIRECTIONS[kpi.direction]] if kpi.direction in DIRECTIONS else []
     notes.append("solved trials only" if kpi.over == "solved" else "all trials")
     if scale.logarithmic:

@@ -18,8 +18,8 @@ from pytest_lpb.errors import LpbError
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pytest_lpb.report.data import ReportData
     from pytest_lpb.report.plots import Plot
-    from pytest_lpb.report.view import ReportData
 
 SIZE = (5.6, 3.8)  # [inch]
 DPI = 150  # of PNG files

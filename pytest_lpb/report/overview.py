@@ -7,18 +7,9 @@ from typing import Any
 
 import pandas as pd
 
+from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show, show_exact
-from pytest_lpb.report.view import (
-    Cell,
-    KpiLike,
-    MatrixRow,
-    OutcomeBar,
-    PlannerRow,
-    PlannerStyle,
-    ReportData,
-    Share,
-    Statement,
-)
+from pytest_lpb.report.view import Cell, MatrixRow, OutcomeBar, PlannerRow, PlannerStyle, Share, Statement
 
 OUTCOMES = (
     "success",
@@ -113,14 +104,14 @@ def summary_table(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple
     return heads, [_planner_row(data, style, chosen) for style in by_success(data, styles)]
 
 
-def headline_kpis(data: ReportData) -> list[KpiLike]:
+def headline_kpis(data: ReportData) -> list[ReportedKpi]:
     """The KPIs of the table of planners, in its order."""
     by_name = {kpi.name: kpi for kpi in data.kpis if f"{kpi.name}_median" in data.summary}
     users = [kpi for name, kpi in by_name.items() if kpi.group == "user"]
     return [by_name[name] for name in HEADLINES if name in by_name] + users
 
 
-def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[KpiLike]) -> PlannerRow:
+def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[ReportedKpi]) -> PlannerRow:
     row = overall(data.summary, style.name)
     trials = data.trials[data.trials["planner"] == style.name]
     contended = bool(trials["timing_contended"].eq(True).any())

@@ -18,7 +18,7 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.names import is_name, listed, suggestion
 
 if TYPE_CHECKING:
-    from pytest_lpb.report.view import ReportData
+    from pytest_lpb.report.data import ReportData
 
 Scope = Literal["trial", "scenario", "run"]
 PlotFunction = Callable[[Any, Any], Any]

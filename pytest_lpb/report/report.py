@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import tempfile
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
@@ -12,6 +11,8 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from pytest_lpb.documents.atomic import replace_file
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.distributions import kpi_figures, success_groups
 from pytest_lpb.report.numbers import count
 from pytest_lpb.report.overview import (
@@ -28,22 +29,14 @@ from pytest_lpb.report.provenance import moment, provenance
 from pytest_lpb.report.scenes import scenes
 from pytest_lpb.report.tables import COMPARISON_HEADS, comparison_rows, trial_heads, trial_rows
 from pytest_lpb.report.user_figures import user_figures
-from pytest_lpb.report.view import Page, PlannerStyle, ReportData
+from pytest_lpb.report.view import Page, PlannerStyle
 
 TEMPLATES = "templates"
 
 
 def write_report(path: Path, data: ReportData) -> Path:
-    """Write the report of an evaluated run; the file appears by atomic rename. Returns its path."""
-    text = render(page(data))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(
-        "w", encoding="utf-8", newline="\n", dir=path.parent, prefix=path.name, suffix=".part", delete=False
-    ) as file:
-        file.write(text)
-    Path(file.name).chmod(0o644)
-    Path(file.name).replace(path)
-    return path
+    """Write the report of an evaluated run; the file appears at once, whole. Returns its path; raises RecordingError."""
+    return replace_file(path, render(page(data)).encode())
 
 
 def render(page: Page) -> str:

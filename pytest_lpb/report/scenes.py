@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_lpb.errors import LpbError
 from pytest_lpb.report.canvas import canvas_for
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import finite, show
 from pytest_lpb.report.overview import endings
 from pytest_lpb.report.scene_marks import (
@@ -25,7 +26,7 @@ from pytest_lpb.report.scene_marks import (
     robot_marks,
 )
 from pytest_lpb.report.timelines import timelines
-from pytest_lpb.report.view import Mark, Panel, PlannerStyle, ReportData, Scene, SceneEntry
+from pytest_lpb.report.view import Mark, Panel, PlannerStyle, Scene, SceneEntry
 
 FloatArray = NDArray[np.float64]
 

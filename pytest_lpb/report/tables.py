@@ -7,9 +7,10 @@ from typing import Any
 
 import pandas as pd
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_exact, show_p
 from pytest_lpb.report.overview import endings
-from pytest_lpb.report.view import Cell, ComparisonRow, PlannerStyle, ReportData, TrialRow
+from pytest_lpb.report.view import Cell, ComparisonRow, PlannerStyle, TrialRow
 
 MAX_COMPARISONS = 2500
 MAX_TRIALS = 5000

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pytest_lpb.report.view import ReportData
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.run.evaluation import Evaluation
 
 HEADS = (

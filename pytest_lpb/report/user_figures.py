@@ -7,9 +7,10 @@ from itertools import islice
 
 import pandas as pd
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.scenes import representative
-from pytest_lpb.report.view import ReportData, UserFigure
+from pytest_lpb.report.view import UserFigure
 
 MAX_FIGURES_PER_PLOT = 16
 

@@ -1,57 +1,9 @@
-"""What a report is made from, and the view models its templates draw: text and places, ready to show."""
+"""The view models that the templates draw: text and places, ready to show."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from pytest_lpb.trajectory import Trajectory
-
-
-class KpiLike(Protocol):
-    """What a report needs to know about a KPI."""
-
-    @property
-    def name(self) -> str:
-        """Name with its unit, such as `path_length_m`."""
-
-    @property
-    def unit(self) -> str:
-        """Unit, such as `m`; empty for counts and ratios."""
-
-    @property
-    def direction(self) -> str:
-        """Which values are better: `lower`, `higher` or `none`."""
-
-    @property
-    def over(self) -> str:
-        """Which trials count: `solved` or `all`."""
-
-    @property
-    def group(self) -> str:
-        """`goal`, `path`, `safety`, `smoothness`, `timing` or `user`."""
-
-    @property
-    def timing(self) -> bool:
-        """Whether it depends on the machine and its load."""
-
-
-@dataclass(frozen=True)
-class ReportData:
-    """An evaluated run: everything `write_report` and `write_plots` need."""
-
-    trials: pd.DataFrame  # one row per trial: columns of trials.csv, duration_s, message, command
-    summary: pd.DataFrame  # columns of summary.csv; scenario `all` is the mean over scenarios
-    comparisons: pd.DataFrame  # columns of comparisons.csv
-    kpis: Sequence[KpiLike]
-    run_info: Mapping[str, Any]  # run.json
-    trajectory_of: Callable[[str], Trajectory]  # raw data of the trial with this node id
-    warnings: Sequence[str] = ()
-    title: str = ""  # the run folder's name
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import RecordingError
-from pytest_lpb.trial.files import replace_file
 
 RUN_FILE = "run.json"
 LATEST = "latest"

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-import os
 from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.run.comparisons import comparisons_table
 from pytest_lpb.run.problems import KpiColumn
 from pytest_lpb.run.summary import summary_table
@@ -19,23 +20,16 @@ __all__ = ["KpiColumn", "comparisons_table", "summary_table", "write_csv"]
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    r"""Write a table as UTF-8 CSV, without its index, through a temporary file that is renamed at the end.
+    r"""Write a table as UTF-8 CSV, without its index; it appears at once, whole.
 
     Numbers are the shortest text that reads back as the same float64; NaN and None are empty cells; booleans
-    are true and false; lines end in "\n" on every platform. A reader never sees half a file.
-
-    Raises:
-        OSError: the folder is missing or cannot be written; nothing is left behind.
+    are true and false; lines end in "\n" on every platform. Raises RecordingError when it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with temporary.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(frame.columns)
-            writer.writerows(_rows(frame))
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(frame.columns)
+    writer.writerows(_rows(frame))
+    replace_file(path, stream.getvalue().encode())
 
 
 def _rows(frame: pd.DataFrame) -> Iterable[tuple[str, ...]]:

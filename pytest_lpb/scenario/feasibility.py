@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.obstacle import Obstacle
-from pytest_lpb.problem.planar.collision import PlanarCollision
+from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M, PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import FloatArray, Robot
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
@@ -48,13 +48,13 @@ def start_fault(robot: Robot, q: Sequence[float], obstacles: Sequence[Obstacle])
     """What is wrong with a start, in words; None when it is free."""
     space = FreeSpace(robot, obstacles)
     distance, body, obstacle = space.clearance(q)
-    if distance < 0.0:
+    if distance < -CONTACT_SLACK_M:
         return (
             f"the start is in collision: {body!r} is {-distance:.3g} m inside obstacle {obstacle!r}; "
             "move the start or the obstacle"
         )
     distance, body, other = space.self_clearance(q)
-    if distance < 0.0:
+    if distance < -CONTACT_SLACK_M:
         return f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; choose another start"
     return None
 
@@ -71,12 +71,12 @@ def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obsta
     if not configurations:
         return f"the goal is out of reach: no configuration of {robot.name!r} has {_described(static)}"
     space = FreeSpace(robot, [obstacle for obstacle in obstacles if not obstacle.moving])
-    if any(space.free(q.tolist(), 0.0) for q in configurations):
+    if any(space.free(q.tolist(), -CONTACT_SLACK_M) for q in configurations):
         return None
     distance, body, obstacle = max(space.clearance(q.tolist()) for q in configurations)
     if distance < 0.0:
         return (
-            f"the goal is in collision: within its tolerance {body!r} is still {-distance:.3g} m inside "
+            f"the goal is in collision: wherever it is reached, {body!r} is {-distance:.3g} m or more inside "
             f"obstacle {obstacle!r}; move the goal or the obstacle"
         )
     return "the goal is in self-collision: the robot's own bodies overlap in every configuration found"

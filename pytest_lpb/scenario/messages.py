@@ -107,7 +107,9 @@ _PHRASES: dict[str, Callable[[Context], str]] = {
     "too_short": _fewest,
     "too_long": lambda context: f"allowed: at most {context['max_length']}",
     "string_too_long": lambda context: f"at most {context['max_length']} characters are allowed",
-    "string_pattern_mismatch": _fixed("a name is made of letters, digits, '_', '.' and '-'"),
+    "string_pattern_mismatch": _fixed(
+        "a name is made of letters, digits, '_', '.' and '-', and does not begin with '.'"
+    ),
 }
 
 

@@ -1,6 +1,5 @@
 """Statistics of planner comparisons: pure functions on arrays, with sources; randomness is an argument."""
 
-from pytest_lpb.statistics.aggregate import interquartile_mean, performance_profile, stratified_interval
 from pytest_lpb.statistics.bootstrap import bootstrap_means, bootstrap_medians, percentile_interval
 from pytest_lpb.statistics.intervals import effective_size, newcombe_paired_interval, wilson_interval
 from pytest_lpb.statistics.multiple import holm
@@ -20,14 +19,11 @@ __all__ = [
     "effective_size",
     "holm",
     "improvement_probability",
-    "interquartile_mean",
     "mcnemar_p",
     "newcombe_paired_interval",
     "paired_difference",
     "percentile_interval",
-    "performance_profile",
     "ratio",
-    "stratified_interval",
     "wilcoxon_p",
     "wilson_interval",
 ]

@@ -5,10 +5,7 @@ Layout below a run folder: trials/SCENARIO/PLANNER/seedK.parquet and seedK.yaml.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +14,7 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet
 
+from pytest_lpb.documents.atomic import write_once
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.problem.hashing import canonical_json
 from pytest_lpb.problem.problem import Problem
@@ -39,52 +37,6 @@ def write_trial(folder: Path, trajectory: Trajectory) -> Path:
     metadata = trajectory.metadata
     path = trial_path(folder, metadata["scenario"], metadata["planner"], metadata["seed"])
     return write_once(path, _parquet(trajectory))
-
-
-def write_once(path: Path, content: bytes) -> Path:
-    """Write a file atomically, unless it exists. Raises RecordingError when it cannot be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            Path(name).chmod(0o644)  # mkstemp lets nobody else read it
-            with contextlib.suppress(FileExistsError):
-                # A hard link fails where a file is, so the first writer wins; a rename would replace it.
-                _link_or_rename(name, path)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
-    return path
-
-
-def _link_or_rename(name: str, path: Path) -> None:
-    try:
-        os.link(name, path)
-    except FileExistsError:
-        raise
-    except OSError:
-        # File systems without hard links: the existence check is not atomic there, the rename is.
-        if not path.exists():
-            Path(name).replace(path)
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Write a file atomically, over an old one. Raises RecordingError when it cannot be written."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-            Path(name).replace(path)
-        except OSError:
-            Path(name).unlink(missing_ok=True)
-            raise
-        path.chmod(0o644)
-    except OSError as error:
-        raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def _parquet(trajectory: Trajectory) -> bytes:

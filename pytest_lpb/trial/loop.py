@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import traceback
+import warnings
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
-from pytest_lpb.errors import Infeasible, PlannerError
+from pytest_lpb.errors import Infeasible, PlannerError, described
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
 
@@ -44,12 +45,17 @@ class Log:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """No garbage collection while a trial runs; what is alive already is never looked at again."""
+    """No garbage collection while a trial runs, and no warning that ends it.
+
+    Warnings are still shown, but filters such as `-W error` do not decide how a planner fares.
+    """
     enabled = gc.isenabled()
     gc.disable()
     gc.freeze()
     try:
-        yield
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            yield
     finally:
         gc.unfreeze()
         if enabled:
@@ -111,10 +117,10 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
     started = perf_counter_ns()
     try:
         result = planner.compute_action(seen)
-    except Infeasible:
+    except (Infeasible, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:
-        # Whatever a planner raises is that trial's outcome, not the end of a study.
+    except BaseException as error:
+        # Whatever else a planner raises is that trial's outcome, not the end of a study.
         raise _PlannerFaultError from error
     finally:
         ended = perf_counter_ns()
@@ -123,8 +129,9 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
         log.call_wall_ns.append(ended - started)
         log.call_cpu_ns.append(cpu_ended - cpu_started)
         log.diagnostics.append({})
-    if planner.diagnostics:
+    if planner.diagnostics.__class__ is not dict or planner.diagnostics:
         log.diagnostics[-1] = checked_diagnostics(planner.diagnostics)
+        planner.diagnostics = {}
     return checked_action(result, size)
 
 
@@ -134,7 +141,7 @@ def checked_diagnostics(diagnostics: Any) -> dict[str, float]:
         checked = {key: float(value) for key, value in diagnostics.items()}
         if not all(isinstance(key, str) for key in checked):
             raise TypeError("its keys must be text")
-    except (AttributeError, TypeError, ValueError) as error:
+    except (AttributeError, OverflowError, TypeError, ValueError) as error:
         raise PlannerError(
             f"self.diagnostics is {_short(diagnostics)}, which is no dict[str, float]: {error}"
         ) from None
@@ -184,17 +191,6 @@ def log_row(log: Log, environment: ScenarioEnvironment) -> None:
 def ended(log: Log, outcome: str, error: BaseException) -> Log:
     """The log of a trial that an error ends."""
     log.outcome = outcome
-    log.fault, log.details = _described(error)
+    log.fault = described(error)
+    log.details = "" if isinstance(error, PlannerError | Infeasible) else "".join(traceback.format_exception(error))
     return log
-
-
-def _described(error: BaseException) -> tuple[str, str]:
-    """An exception in one line, with the file and line that raised it, and its traceback."""
-    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    if isinstance(error, Infeasible | PlannerError):
-        text = str(error) or type(error).__name__
-    frames = traceback.extract_tb(error.__traceback__)
-    own = "pytest_lpb/trial/"
-    if frames and own not in frames[-1].filename.replace("\\", "/"):
-        text += f" ({frames[-1].filename}:{frames[-1].lineno})"
-    return text.replace("\n", " "), "".join(traceback.format_exception(error))

@@ -9,6 +9,8 @@ import numpy as np
 from pytest_lpb.environment.monitor import Violation
 from pytest_lpb.trajectory import Trajectory
 
+LARGEST_IN_FULL = 1e4  # [m or rad] beyond, distances are written with an exponent
+
 
 def outcome_message(trajectory: Trajectory, violation: Violation | None, fault: str) -> str:
     """One sentence about a trial's outcome, with the figures that explain it."""
@@ -76,13 +78,13 @@ _SENTENCES: dict[str, Callable[[Trajectory], str]] = {
 def _distance_left(trajectory: Trajectory, row: int) -> str:
     """The primary goal's distance at a row; with other sub-goals, those outside their tolerance too."""
     primary = trajectory.problem.primary
-    parts = [f"{trajectory.goal_error(primary.name)[row]:.2f} {primary.unit} from the goal"]
+    parts = [f"{_distance(trajectory.goal_error(primary.name)[row])} {primary.unit} from the goal"]
     if primary.tolerance is not None:
-        parts[0] += f" (tolerance {primary.tolerance:.2f} {primary.unit})"
+        parts[0] += f" (tolerance {_distance(primary.tolerance)} {primary.unit})"
     for goal in trajectory.problem.goal:
         error = trajectory.goal_error(goal.name)[row]
         if goal is not primary and goal.tolerance is not None and error > goal.tolerance:
-            parts.append(f"{error:.2f} {goal.unit} from {goal.name!r} (tolerance {goal.tolerance:.2f} {goal.unit})")
+            parts.append(f"{_distance(error)} {goal.unit} from {goal.name!r} (tolerance {_distance(goal.tolerance)} {goal.unit})")
     return " and ".join(parts)
 
 
@@ -92,7 +94,12 @@ def _closest(trajectory: Trajectory) -> str:
         return ""
     row = int(np.nanargmin(clearance))
     name = trajectory.column("clearance_obstacle")[row]
-    return f"; closest obstacle {name!r} at {clearance[row]:.2f} m"
+    return f"; closest obstacle {name!r} at {_distance(clearance[row])} m"
+
+
+def _distance(value: float) -> str:
+    """A distance as text; one that diverged is no row of 300 digits."""
+    return f"{value:.2f}" if abs(value) < LARGEST_IN_FULL else f"{value:.3g}"
 
 
 def _end_time(trajectory: Trajectory) -> float:

@@ -16,7 +16,7 @@ from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
 from pytest_lpb.trial.holder import PlannerHolder
-from pytest_lpb.trial.loop import Log, ended, log_row, run_loop
+from pytest_lpb.trial.loop import Log, ended, log_row, run_loop, undisturbed
 from pytest_lpb.trial.message import outcome_message
 from pytest_lpb.trial.outcome import INFEASIBLE, PLANNER_ERROR, SUCCESS
 from pytest_lpb.trial.specification import TrialSpecification, usable_cores
@@ -36,6 +36,7 @@ def run_trial(
         render_mode: `human` shows the trial in real time.
     """
     problem = Problem.from_dict(specification.problem, specification.scenario)
+    identity = problem.problem_hash  # before the planner has seen anything
     configuration = specification.planner
     own = PlannerHolder(configuration) if holder is None else None
     every, delay = configuration.steps_per_call(problem.dt), configuration.steps_of_delay(problem.dt)
@@ -58,7 +59,7 @@ def run_trial(
         environment.close()
         if own is not None:
             own.close()
-    metadata = _metadata(specification, problem, log)
+    metadata = _metadata(specification, identity, log)
     metadata |= {
         "setup_ms": setup_ms,
         "period_s": every * problem.dt,
@@ -71,7 +72,7 @@ def failed_trial(specification: TrialSpecification, outcome: str, message: str) 
     """A trial without rows: its problem could not be drawn, or its process died."""
     problem = Problem.from_dict(specification.problem, specification.scenario)
     log = Log(outcome=outcome)
-    metadata = _metadata(specification, problem, log)
+    metadata = _metadata(specification, problem.problem_hash, log)
     metadata |= {"setup_ms": None, "period_s": None, "parameters": {}, "message": message}
     metadata |= {"success": False, "failed_criteria": [], "trajectory_hash": ""}
     return Trajectory(columns_of(problem, log), metadata, problem)
@@ -84,16 +85,19 @@ def _set_up(holder: PlannerHolder | None, parameters: Any, problem: PlannerProbl
         planner = holder.get()
         planner.parameters = parameters
         planner.diagnostics = {}
-        planner.setup(problem)
+        with undisturbed():
+            planner.setup(problem)
     except Infeasible as error:
         return ended(Log(), INFEASIBLE, error)
-    except (Exception, SystemExit) as error:
-        # Whatever a planner raises is that trial's outcome, not the end of a study.
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        # Whatever else a planner raises is that trial's outcome, not the end of a study.
         return ended(Log(), PLANNER_ERROR, error)
     return planner
 
 
-def _metadata(specification: TrialSpecification, problem: Problem, log: Log) -> dict[str, Any]:
+def _metadata(specification: TrialSpecification, problem_hash: str, log: Log) -> dict[str, Any]:
     configuration = specification.planner
     return {
         "schema_version": SCHEMA_VERSION,
@@ -105,21 +109,21 @@ def _metadata(specification: TrialSpecification, problem: Problem, log: Log) -> 
         "command": specification.command,
         "outcome": log.outcome,
         "details": log.details,
-        "wall_s": log.loop_ns / NS_PER_S,
+        "wall_s": log.loop_ns / NS_PER_S if log.loop_ns else None,
         "workers": specification.workers,
         "cores": usable_cores(),
         "parameters_hash": configuration.parameters_hash,
-        "problem_hash": problem.problem_hash,
+        "problem_hash": problem_hash,
     }
 
 
 def _judged(trajectory: Trajectory, metadata: dict[str, Any], violation: Violation | None, log: Log) -> Trajectory:
     """Add what follows from the raw data: the hash, the message, the criteria of success."""
-    failed = failed_criteria(trajectory) if log.outcome == SUCCESS else []
+    arrays = (trajectory.t, trajectory.q, trajectory.qd, trajectory.action)
+    metadata["trajectory_hash"] = hash_of_arrays(arrays)
     message = outcome_message(trajectory, violation, log.fault)
+    failed = failed_criteria(trajectory) if log.outcome == SUCCESS else []
     metadata["message"] = f"{message}; but not {', '.join(failed)}" if failed else message
     metadata["failed_criteria"] = failed
     metadata["success"] = log.outcome == SUCCESS and not failed
-    arrays = (trajectory.t, trajectory.q, trajectory.qd, trajectory.action)
-    metadata["trajectory_hash"] = hash_of_arrays(arrays)
     return trajectory

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
-from pytest_lpb.errors import LpbError
-from tests.problem.entries import ARM, POINT, Entry, circle, make_problem, position_goal
+from pytest_lpb.errors import DivergedError, LpbError
+from tests.problem.entries import ARM, CART, POINT, Entry, circle, make_problem, position_goal
 
 DT = 0.05
 MOVER = {**POINT, "control": "velocity", "body_radius": 0.2}
@@ -234,12 +234,12 @@ def test_a_moving_obstacle_hits_a_waiting_robot() -> None:
     assert np.cos(angle) - 0.05 - 0.2 < 0.0 <= np.cos(angle - DT) - 0.05 - 0.2
 
 
-def test_a_diverging_robot_ends_or_runs_on_but_never_hangs() -> None:
-    world = environment({**POINT, "control": "acceleration"}, duration=1.0)
-    for _ in range(20):
-        world.step([1e308, -1e308])
-    assert world.outcome == "timeout"
-    assert world.row == 20
+@pytest.mark.parametrize("robot", [POINT, ARM, CART])
+def test_a_diverging_robot_is_an_error_and_never_a_hang(robot: Entry) -> None:
+    world = environment({**robot, "control": "acceleration"}, duration=1.0)
+    with pytest.raises(DivergedError, match="beyond 1e\\+12"):
+        world.step([1e308] * world.problem.robot.n_actions)
+    assert np.isfinite(world.running_engine.q).all()
 
 
 def test_rendering_needs_a_mode() -> None:

@@ -119,9 +119,9 @@ def test_faults_of_a_file(text: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "dt", "message"),
     [
-        ("period", 0.12, 0.05, "planner 'mine': period: 0.12 s is no multiple of this scenario's dt = 0.05 s; use 0.1"),
-        ("period", 0.01, 0.05, "planner 'mine': period: 0.01 s is no multiple of this scenario's dt = 0.05 s; use 0.05"),
-        ("delay", 0.03, 0.02, "planner 'mine': delay: 0.03 s is no multiple of this scenario's dt = 0.02 s; use 0.04"),
+        ("period", 0.12, 0.05, "planners/mine.yaml:2: period: 0.12 s is no multiple of this scenario's dt = 0.05 s; use 0.1"),
+        ("period", 0.01, 0.05, "planners/mine.yaml:2: period: 0.01 s is no multiple of this scenario's dt = 0.05 s; use 0.05"),
+        ("delay", 0.03, 0.02, "planners/mine.yaml:2: delay: 0.03 s is no multiple of this scenario's dt = 0.02 s; use 0.04"),
     ],
 )  # fmt: skip
 def test_times_that_are_no_multiple_of_dt(key: str, value: float, dt: float, message: str) -> None:

@@ -69,12 +69,8 @@ class Project:
             return self.pytester.runpytest_inprocess(*self._arguments(arguments, planners, fast))
 
     def run_workers(self, *arguments: str | Path, planners: str | None = "pd", workers: int = 2) -> pytest.RunResult:
-        """Run pytest with workers; the controller is in a process of its own, too."""
-        return self.run_subprocess("-n", str(workers), *arguments, planners=planners)
-
-    def run_subprocess(self, *arguments: str | Path, planners: str | None = "pd") -> pytest.RunResult:
-        """Run pytest in a process of its own."""
-        return self.pytester.runpytest_subprocess(*LEAN, *self._arguments(arguments, planners, fast=True))
+        """Run pytest with workers; the controller is in this process."""
+        return self.run("-n", str(workers), *LEAN, *arguments, planners=planners)
 
     def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[bytes]:
         """Start pytest in a process group of its own, and do not wait; its output goes to the file `output`."""

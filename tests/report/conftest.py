@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import page, render, write_report
-from pytest_lpb.report.view import ReportData
 
 from .chromium import Chromium, chromium, find_chromium
 from .runs import make_run

@@ -14,7 +14,7 @@ from pytest_lpb.errors import RecordingError
 from pytest_lpb.kpis.registry import evaluate_kpis, load_builtin
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.report.view import ReportData
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.run.tables import comparisons_table, summary_table
 from pytest_lpb.trajectory import Trajectory
 

@@ -8,11 +8,12 @@ import pytest
 
 from pytest_lpb.report import numbers
 from pytest_lpb.report.canvas import MAX_PATH_POINTS, canvas_for, path_through, thinned
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.distributions import kpi_figures, success_groups
 from pytest_lpb.report.palette import COLOURS, planner_styles
 from pytest_lpb.report.scale import Scale, round_values, scale_for, tick_labels
 from pytest_lpb.report.scenes import representative, scenes
-from pytest_lpb.report.view import Mark, ReportData, Scene
+from pytest_lpb.report.view import Mark, Scene
 
 STYLES = planner_styles(["potential_field", "pd", "fabrics"])
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.plots import PlotRegistry, default_registry, load_builtin, write_plots
 from pytest_lpb.report.report import page, render
 from pytest_lpb.report.user_figures import user_figures
-from pytest_lpb.report.view import ReportData
 
 BUILTIN = ["path", "clearance", "goal_error", "action", "solver_time", "success"]
 

@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import page, render, write_report
-from pytest_lpb.report.view import ReportData
 
 from .runs import make_run
 

@@ -254,7 +254,7 @@ def test_loading_is_fast(tmp_path: Path) -> None:
 
 numbers = st.floats(-100.0, 100.0) | st.integers(-100, 100)
 lengths = st.floats(1e-6, 10.0) | st.integers(1, 10)
-names = st.from_regex(r"[A-Za-z0-9_.-]{1,12}", fullmatch=True)
+names = st.from_regex(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,11}", fullmatch=True)
 points = st.lists(numbers, min_size=2, max_size=2)
 constants = st.sampled_from(["sin(t)", "1e-3", "-2 + 0.1*t", "pi", 0.5, 3])
 placements = st.one_of(

@@ -10,6 +10,8 @@ from pytest_lpb.problem.planar.geometry import segment_to_segment
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
 from pytest_lpb.problem.planar.shapes import SHAPES, PlacedShape
 
+CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within rounding is none
+
 Capsule = tuple[float, float, float, float, float]  # ax, ay, bx, by, radius [m]
 Clearance = tuple[float, str, str]  # distance [m] (NaN: nothing to measure), body, obstacle or other body
 

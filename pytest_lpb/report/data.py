@@ -1,0 +1,36 @@
+"""What a report is made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pytest_lpb.run.problems import KpiColumn
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pytest_lpb.trajectory import Trajectory
+
+
+class ReportedKpi(KpiColumn, Protocol):
+    """What a report needs to know of a KPI: what tables do, and its heading."""
+
+    @property
+    def group(self) -> str:
+        """`goal`, `path`, `safety`, `smoothness`, `timing` or `user`."""
+
+
+@dataclass(frozen=True)
+class ReportData:
+    """An evaluated run: everything `write_report` and `write_plots` need."""
+
+    trials: pd.DataFrame  # one row per trial: columns of trials.csv, duration_s, control, message, command
+    summary: pd.DataFrame  # columns of summary.csv; scenario `all` is the mean over scenarios
+    comparisons: pd.DataFrame  # columns of comparisons.csv
+    kpis: Sequence[ReportedKpi]
+    run_info: Mapping[str, Any]  # run.json
+    trajectory_of: Callable[[str], Trajectory]  # raw data of the trial with this node id
+    warnings: Sequence[str] = ()
+    title: str = ""  # the run folder's name
