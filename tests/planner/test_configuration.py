@@ -3,6 +3,7 @@
 # ruff: noqa: E501 - tables of one case a line
 
 import pickle
+import sys
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,12 @@ per_robot:
   point: {p: 2.0}
   "@velocity": {p: 3.0, k: 3.0}
   point@velocity: {k: 4.0}
+"""
+
+HEAD = """from dataclasses import dataclass
+import numpy as np
+from pytest_lpb import Planner
+class Mine(Planner):
 """
 
 
@@ -109,6 +116,10 @@ def test_shipped_files_are_right_and_say_what_they_are(name: str) -> None:
         ("planner: pd\nper_robot: {point: {kp: 1.0}}\n", "planners/mine.yaml:2: per_robot: point: kp: unknown parameter; did you mean 'p' or 'k'?; PD has damping, derivative, k, lookahead, p"),
         ("planner: potential_field\nparameters: {spacing: 0}\n", "parameters: spacing: Input should be greater than 0, found 0"),
         ("planner: potential_feild\n", "unknown planner 'potential_feild'; did you mean 'potential_field'?"),
+        ("planner: pd\nparameters: {p: .inf}\n", "planners/mine.yaml:2: parameters.p: found inf; a finite number is required"),
+        ("planner: pd\nper_robot: {point: {p: .nan}}\n", "planners/mine.yaml:2: per_robot.point.p: found nan; a finite number is required"),
+        ("planner: ':Mine'\n", "planner ':Mine': write it as module:Class"),
+        ("planner: '.mine:Mine'\n", "planner '.mine:Mine': write it as module:Class"),
         ("planner: no.such.module:Mine\n", "planner 'no.such.module:Mine': cannot import 'no.such.module'"),
     ],
 )  # fmt: skip
@@ -156,3 +167,30 @@ def test_an_unknown_planner_is_met_with_the_nearest_names() -> None:
 def test_a_file_that_is_not_there() -> None:
     with pytest.raises(ConfigurationError, match=r"planner 'gone': cannot read gone.yaml: No such file or directory"):
         find_planners(["gone.yaml"], [])
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("def broken(:", "cannot import 'broken': SyntaxError: "),
+        ("raise ValueError('no licence')", "cannot import 'broken': ValueError: no licence (.*broken.py:1)"),
+        ("Mine = 3", "is 3, not a subclass of pytest_lpb.Planner"),
+        (f"{HEAD}    class Parameters:\n        gain: float = 1.0\n", "broken:Mine: Parameters must be a dataclass"),
+        (
+            f"{HEAD}    @dataclass(frozen=True)\n    class Parameters:\n        gain: np.ndarray = None\n",
+            "broken:Mine: Parameters has a field of a type that no YAML value fits",
+        ),
+    ],
+)
+def test_faults_of_a_module(code: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("broken.py").write_text(code, "utf-8")
+    monkeypatch.syspath_prepend(".")
+    monkeypatch.delitem(sys.modules, "broken", raising=False)
+    write("planner: broken:Mine\n")
+    with pytest.raises(ConfigurationError) as caught:
+        find_planners(["mine"], [Path("planners")])
+    text = str(caught.value)
+    first, _, last = message.partition(".*")
+    assert first in text
+    assert text.endswith(last)
+    assert "\n" not in text

@@ -126,7 +126,7 @@ def test_wrong_planner_files(project: Project, content: str, message: str) -> No
 def test_times_of_a_planner_that_do_not_suit_the_scenario(project: Project, key: str) -> None:
     project.scenario()
     project.write("planners/mine.yaml", f"planner: pd\n{key}: 0.07\n")
-    message = f"planner 'mine': {key}: 0.07 s is no multiple of this scenario's dt = 0.05 s; use 0.05"
+    message = f"{key}: 0.07 s is no multiple of this scenario's dt = 0.05 s; use 0.05"
     expect(project, project.run("scenarios", planners="mine"), 2, message)
 
 
