@@ -23,7 +23,7 @@ RESERVED_NAMES = frozenset(
     (
         *("node_id", "scenario", "planner", "seed", "outcome", "success", "failed_criteria", "steps"),
         *("problem_hash", "trajectory_hash", "wall_s", "attempt", "timing_contended", "duration_s"),
-        *("hold_time", "rate"),
+        *("control", "message", "command", "hold_time", "rate"),
     )
 )
 

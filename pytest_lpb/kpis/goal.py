@@ -78,6 +78,8 @@ def success_weighted_path_length(trajectory: Trajectory) -> float:
     if shortest is None:
         return math.nan
     length = path_length_to_goal(trajectory)
-    if trajectory.outcome != "success" or math.isnan(length):
+    # While the criteria of success are judged, spl among them, there is no verdict yet.
+    solved = trajectory.metadata.get("success", trajectory.outcome == "success")
+    if not solved or math.isnan(length):
         return 0.0
     return shortest / max(length, shortest) if shortest > 0.0 else float(length == 0.0)

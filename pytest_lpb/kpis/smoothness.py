@@ -9,9 +9,8 @@ import numpy as np
 from pytest_lpb.kpis.derived import actions, measured, norms, positions
 from pytest_lpb.kpis.filtering import SAMPLING_HZ, STILL_SPEED, filtered_positions, filtered_speed
 from pytest_lpb.kpis.registry import kpi
+from pytest_lpb.kpis.units import BY_CONTROL_MODE
 from pytest_lpb.trajectory import FloatArray, Trajectory
-
-BY_CONTROL_MODE = "by control mode"  # actions are m/s, rad/s, m/s^2, ...: never pooled across control modes
 
 SPECTRUM_ZERO_PADDING = 4  # the spectrum has 2^4 times the samples of the next power of two
 SPECTRUM_CUTOFF_HZ = 10.0

@@ -2,6 +2,8 @@
 
 import re
 
+BY_CONTROL_MODE = "by control mode"  # of actions, m/s, rad/s^2, ...: never pooled across control modes
+
 BASE_UNITS = frozenset(
     (
         *("m", "mm", "cm", "km", "rad", "deg"),

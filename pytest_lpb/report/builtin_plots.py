@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.patches import Circle, Polygon
 
 from pytest_lpb.problem.planar.shapes import SHAPES
 from pytest_lpb.report.plots import plot
 from pytest_lpb.report.scene_marks import goal_points, placed_corners, primary_link
-from pytest_lpb.statistics import wilson_interval
+from pytest_lpb.run.problems import TRIAL_KEYS
+from pytest_lpb.run.summary import ALL, summary_table
 
 if TYPE_CHECKING:
     from pytest_lpb.trajectory import Trajectory
@@ -100,25 +101,16 @@ def solver_time(trajectory: Trajectory, axes: Any) -> None:
     axes.legend(loc="best", fontsize="small")
 
 
-@plot("success", scope="run")
+@plot("success", scope="run", without_rows=True)
 def success(trajectories: Sequence[Trajectory], axes: Any) -> None:
-    """Success rate of each planner over distinct problems, with 95 % Wilson intervals."""
-    by_planner: dict[str, dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
-    for trajectory in trajectories:
-        solved = trajectory.outcome == "success"
-        by_planner[planner_of(trajectory)][trajectory.problem.problem_hash].append(solved)
-    names = list(by_planner)
-    for place, name in enumerate(names):
-        rates = [float(np.mean(repeats)) for repeats in by_planner[name].values()]
-        rate = float(np.mean(rates))
-        low, high = wilson_interval(sum(rates), len(rates))
+    """Success rate of each planner with its 95 % Wilson interval, as in the rows `all` of summary.csv."""
+    rows = [{key: trajectory.metadata[key] for key in (*TRIAL_KEYS, "success")} for trajectory in trajectories]
+    table = summary_table(pd.DataFrame(rows).assign(timing_contended=False), [])
+    planners = table[table["scenario"] == ALL].to_dict("records")
+    for place, row in enumerate(planners):
+        rate, low, high = (row[f"success_{part}"] for part in ("rate", "low", "high"))
         axes.barh(place, rate, color=f"C{place % 10}", alpha=0.6)
         axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
-    axes.set(xlabel="success rate over problems", xlim=(0, 1), yticks=range(len(names)), yticklabels=names)
+    names = [row["planner"] for row in planners]
+    axes.set(xlabel="success rate, mean over scenarios", xlim=(0, 1), yticks=range(len(names)), yticklabels=names)
     axes.invert_yaxis()
-
-
-def planner_of(trajectory: Trajectory) -> str:
-    """Name of the planner that a trial ran, from its node id."""
-    parts = str(trajectory.metadata.get("node_id", "")).split("::")
-    return parts[1] if len(parts) > 2 else "?"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.report.scale import round_values, tick_labels
+from pytest_lpb.report.scale import drawable, round_values, tick_labels
 from pytest_lpb.report.view import Mark, Panel, Tick
 
 FloatArray = NDArray[np.float64]
@@ -17,6 +17,7 @@ MAX_PLOT_HEIGHT = 420.0  # [px]
 MIN_PLOT_HEIGHT = 110.0  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 56.0, 10.0, 8.0, 40.0  # [px] room for labels
 MAX_PATH_POINTS = 240
+FARTHEST = 5000.0  # [px] from the middle of the picture: what lies farther is drawn there
 
 
 @dataclass(frozen=True)
@@ -34,17 +35,18 @@ class Canvas:
         return WIDTH - LEFT - RIGHT
 
     def pixels(self, points: FloatArray) -> FloatArray:
-        """Places of points (N, 2) [m] in the picture, (N, 2) [px]."""
+        """Places of points (N, 2) [m] in the picture, (N, 2) [px]; those that ran far away are drawn well outside."""
+        reach = FARTHEST / self.scale
         centre = 0.5 * (self.low + self.high)
         middle = np.array([LEFT + 0.5 * self.width, TOP + 0.5 * self.height])
-        return np.asarray(middle + (points - centre) * self.scale * np.array([1.0, -1.0]))
+        return np.asarray(middle + np.clip(points - centre, -reach, reach) * self.scale * np.array([1.0, -1.0]))
 
     def line(self, points: FloatArray, *, closed: bool = False) -> str:
         """SVG path through points (N, 2) [m]; empty when nothing finite is left."""
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) == 0:
             return ""
-        return path_through(np.clip(self.pixels(thinned(points)), -5000, 5000), closed=closed)
+        return path_through(self.pixels(thinned(points)), closed=closed)
 
     def disc(self, centre: FloatArray, radius: float) -> str:
         """SVG path of a circle with centre (2,) [m] and radius [m]."""
@@ -81,8 +83,8 @@ class Canvas:
 
 def canvas_for(fixed: FloatArray, paths: FloatArray) -> Canvas:
     """A canvas that holds all fixed points (N, 2) [m], and paths (M, 2) [m] unless they run far away."""
-    fixed = fixed[np.isfinite(fixed).all(axis=1)]
-    paths = paths[np.isfinite(paths).all(axis=1)]
+    fixed = fixed[drawable(fixed).all(axis=1)]
+    paths = paths[drawable(paths).all(axis=1)]
     low, high = (fixed.min(axis=0), fixed.max(axis=0)) if len(fixed) else (np.zeros(2), np.ones(2))
     reach = max(float((high - low).max()), 0.5)
     if len(paths):

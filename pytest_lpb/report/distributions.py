@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.numbers import count, finite, interval, kpi_title, percent, show, unit_text
-from pytest_lpb.report.scale import Scale, scale_for
+from pytest_lpb.report.scale import Scale, drawable, scale_for
 from pytest_lpb.report.view import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, PlannerStyle
 
 FloatArray = NDArray[np.float64]
 
 BOX_FROM = 5  # values from which quartiles are drawn
 MAX_POINTS = 200  # dots per row
+MAX_TOLD = 5  # values too large to draw that are told
 MAX_ROWS = 240  # planners x scenarios in one figure
 DIRECTIONS = {"lower": "lower is better", "higher": "higher is better"}
 
@@ -65,10 +66,12 @@ def kpi_figures(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[l
 def _kpi_figure(data: ReportData, kpi: ReportedKpi, styles: Mapping[str, PlannerStyle]) -> KpiFigure | None:
     trials = data.trials[data.trials["success"].eq(True)] if kpi.over == "solved" else data.trials
     trials = trials.assign(**{kpi.name: trials[kpi.name].astype(float)})
-    trials = trials[np.isfinite(trials[kpi.name])]
-    if trials.empty:
+    finite_ones = trials[np.isfinite(trials[kpi.name])]
+    if finite_ones.empty:
         return None
-    scale = scale_for(trials[kpi.name].to_numpy(), may_be_logarithmic=True)
+    can_be_drawn = drawable(finite_ones[kpi.name].to_numpy())
+    trials, too_large = finite_ones[can_be_drawn], finite_ones[~can_be_drawn]
+    scale = scale_for(trials[kpi.name].to_numpy(), may_be_logarithmic=True) if len(trials) else Scale(0.0, 1.0)
     unit = unit_text(kpi.unit)
     groups, rows = [], 0
     for scenario, members in trials.groupby("scenario", sort=False):
@@ -82,8 +85,8 @@ def _kpi_figure(data: ReportData, kpi: ReportedKpi, styles: Mapping[str, Planner
         name=kpi.name,
         title=kpi_title(kpi.name, kpi.unit),
         group=kpi.group,
-        notes=_notes(kpi, trials, scale, complete=rows <= MAX_ROWS),
-        ticks=scale.ticks(),
+        notes=[*_notes(kpi, trials, scale, complete=rows <= MAX_ROWS), *_not_drawn(too_large, kpi.name)],
+        ticks=scale.ticks() if groups else [],
         zero=_thousandths(scale, [0.0])[0] if not scale.logarithmic and scale.low < 0 < scale.high else None,
         groups=groups,
     )
@@ -99,6 +102,15 @@ def _notes(kpi: ReportedKpi, trials: pd.DataFrame, scale: Scale, *, complete: bo
     if not complete:
         notes.append(f"the first {MAX_ROWS} rows only; all values are in trials.csv")
     return notes
+
+
+def _not_drawn(trials: pd.DataFrame, kpi_name: str) -> list[str]:
+    """A note that tells the values which no axis can hold."""
+    told = [
+        f"{show(row[kpi_name])} ({row['planner']}, {row['scenario']})"
+        for row in trials.head(MAX_TOLD).to_dict("records")
+    ]
+    return [f"{count(len(trials), 'value')} too large to draw: {', '.join(told)}"] if told else []
 
 
 def _box(values: FloatArray, style: PlannerStyle, scale: Scale, unit: str) -> BoxRow:

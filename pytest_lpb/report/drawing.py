@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import io
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +15,7 @@ import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
 
 if TYPE_CHECKING:
@@ -78,46 +81,50 @@ def figure_of(drawing: Drawing) -> Figure:
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     axes.set_title(drawing.title, fontsize=10)
-    try:
+    with _faults_told(plot):
         trajectories = [drawing.data.trajectory_of(node_id) for node_id in drawing.node_ids]
-        trajectories = [trajectory for trajectory in trajectories if len(trajectory)]
+        if not plot.without_rows:
+            trajectories = [trajectory for trajectory in trajectories if len(trajectory)]
         if not trajectories:
             raise PlotFailure(f"plot {plot.name!r}: no recorded motion in {', '.join(drawing.node_ids)}")
         plot.function(trajectories[0] if plot.scope == "trial" else trajectories, axes)
-    except PlotFailure:
-        raise
-    except Exception as error:  # whatever the user's function raises is told, and the report goes on
-        raise PlotFailure(f"plot {plot.name!r} ({plot.place}): {type(error).__name__}: {error}") from error
     return figure
 
 
+@contextmanager
+def _faults_told(plot: Plot) -> Iterator[None]:
+    """Whatever a user's function raises, SystemExit and pytest.fail too, is a PlotFailure; warnings are ignored."""
+    try:
+        with warnings.catch_warnings():
+            # Whether a picture is drawn must not depend on whether warnings are errors.
+            warnings.simplefilter("ignore")
+            yield
+    except (PlotFailure, KeyboardInterrupt):
+        raise
+    except BaseException as error:
+        raise PlotFailure(f"plot {plot.name!r} ({plot.place}): {type(error).__name__}: {error}") from error
+
+
 def save(drawing: Drawing, target: Path, formats: Sequence[str]) -> list[Path]:
-    """Write the picture to `target` with each format's suffix. Raises PlotFailure."""
+    """Write the picture to `target` with each format's suffix. Raises PlotFailure; RecordingError: cannot write."""
     with mpl.rc_context(STYLE):
         figure = figure_of(drawing)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        paths = [target.parent / f"{target.name}.{suffix}" for suffix in formats]
-        for suffix, path in zip(formats, paths, strict=True):
-            _render(drawing, figure, suffix, path)
-    return paths
+        pictures = {suffix: _render(drawing, figure, suffix) for suffix in formats}
+    return [replace_file(target.parent / f"{target.name}.{suffix}", picture) for suffix, picture in pictures.items()]
 
 
 def data_uri(drawing: Drawing) -> str:
     """The picture as an image in a data URI: SVG, or PNG where that is smaller. Raises PlotFailure."""
     with mpl.rc_context(STYLE):
         figure = figure_of(drawing)
-        buffer = io.BytesIO()
-        _render(drawing, figure, "svg", buffer)
-        kind = "svg+xml"
-        if buffer.tell() > MAX_SVG_BYTES:
-            buffer, kind = io.BytesIO(), "png"
-            _render(drawing, figure, "png", buffer)
-    return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode()}"
+        kind, picture = "svg+xml", _render(drawing, figure, "svg")
+        if len(picture) > MAX_SVG_BYTES:
+            kind, picture = "png", _render(drawing, figure, "png")
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
 
 
-def _render(drawing: Drawing, figure: Figure, suffix: str, target: Path | io.BytesIO) -> None:
-    try:
-        figure.savefig(target, format=suffix, dpi=DPI, metadata=METADATA.get(suffix))
-    except (ValueError, RuntimeError, TypeError) as error:  # such as text that cannot be set
-        plot = drawing.plot
-        raise PlotFailure(f"plot {plot.name!r} ({plot.place}): {type(error).__name__}: {error}") from error
+def _render(drawing: Drawing, figure: Figure, suffix: str) -> bytes:
+    buffer = io.BytesIO()
+    with _faults_told(drawing.plot):  # such as text that cannot be set
+        figure.savefig(buffer, format=suffix, dpi=DPI, metadata=METADATA.get(suffix))
+    return buffer.getvalue()

@@ -27,10 +27,10 @@ def show(value: Any, digits: int = 3) -> str:
         return EMPTY
     if number == 0:
         return "0"
-    exponent = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
+    exponent = int(f"{number:.{digits - 1}e}".partition("e")[2])
     if exponent < -4 or exponent > 8:
-        mantissa = f"{number / 10.0**exponent:.{digits - 1}g}"
-        return minus(f"{mantissa}·10") + str(exponent).translate(_SUPERSCRIPT)
+        mantissa, _, power = f"{number:.{max(digits - 2, 0)}e}".partition("e")
+        return minus(f"{float(mantissa):g}·10") + str(int(power)).translate(_SUPERSCRIPT)
     text = f"{number:,.{max(digits - 1 - exponent, 0)}f}".replace(",", THIN_SPACE)
     return minus(text)
 

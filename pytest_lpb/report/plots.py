@@ -34,6 +34,7 @@ class Plot:
     name: str
     scope: Scope
     function: PlotFunction
+    without_rows: bool = False  # it is given trials without rows too: their worker crashed
 
     @property
     def place(self) -> str:
@@ -59,12 +60,13 @@ class PlotRegistry:
         """All plots, as registered."""
         return iter(self._plots.values())
 
-    def plot(self, name: str, scope: Scope = "trial") -> Callable[[F], F]:
+    def plot(self, name: str, scope: Scope = "trial", *, without_rows: bool = False) -> Callable[[F], F]:
         """Register a function that draws on matplotlib axes.
 
         Args:
             name: names the file and the heading in the report.
             scope: `trial`: function(trajectory, axes); `scenario`, `run`: function(trajectories, axes).
+            without_rows: whether it can draw trials without rows (their worker crashed), which are left out else.
 
         Raises:
             ConfigurationError: a name or scope that is not allowed, or a name that is taken.
@@ -73,7 +75,7 @@ class PlotRegistry:
         def register(function: F) -> F:
             if not callable(function):
                 raise ConfigurationError(f"plot {name!r}: {function!r} is not a function")
-            self.add(Plot(name, scope, function))
+            self.add(Plot(name, scope, function, without_rows))
             return function
 
         return register

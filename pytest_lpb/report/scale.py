@@ -8,10 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.kpis.derived import DIVERGED
 from pytest_lpb.report.numbers import minus, show
 from pytest_lpb.report.view import Tick
 
 FloatArray = NDArray[np.float64]
+
+LARGEST = DIVERGED  # beyond, values are told but not drawn
+SMALLEST = 1.0 / LARGEST  # below, they are drawn as zero
+SAME = 1e-9  # values that differ by less than this share of them are drawn as one
 
 LOG_FROM_RATIO = 100.0  # largest over smallest value from which an axis is logarithmic
 
@@ -25,10 +30,13 @@ class Scale:
     logarithmic: bool = False
 
     def place(self, values: FloatArray) -> FloatArray:
-        """Where values lie: 0 at `low`, 1 at `high`."""
+        """Where values lie: 0 at `low`, 1 at `high`, and -1 or 2 for those far outside; NaN for NaN."""
         if self.logarithmic:
-            return np.asarray(np.log(values / self.low) / math.log(self.high / self.low), dtype=np.float64)
-        return np.asarray((values - self.low) / (self.high - self.low), dtype=np.float64)
+            logarithms = np.log(np.clip(values, self.low, self.high))
+            return np.asarray((logarithms - math.log(self.low)) / (math.log(self.high) - math.log(self.low)))
+        length = self.high - self.low
+        within = np.clip(values, self.low - length, self.high + length)
+        return np.asarray((within - self.low) / length, dtype=np.float64)
 
     def ticks(self, most: int = 6) -> list[Tick]:
         """At most about `most` ticks, places in [%]."""
@@ -38,12 +46,20 @@ class Scale:
         return [Tick(round(float(at), 2), label) for at, label in zip(places, labels, strict=True)]
 
 
+def drawable(values: FloatArray) -> NDArray[np.bool_]:
+    """Which values an axis can hold: no NaN, no infinity, nothing beyond `LARGEST`."""
+    return np.asarray(np.abs(values) <= LARGEST)
+
+
 def scale_for(values: FloatArray, *, may_be_logarithmic: bool = False) -> Scale:
-    """An axis that holds all values, with a little room; finite values only."""
+    """An axis that holds all drawable values (at least one), with a little room."""
+    values = values[drawable(values)]
+    values = np.where(np.abs(values) < SMALLEST, 0.0, values)
     low, high = float(values.min()), float(values.max())
     if may_be_logarithmic and low > 0 and high / low > LOG_FROM_RATIO:
         return Scale(low / 1.2, high * 1.2, logarithmic=True)
-    room = 0.04 * (high - low) or 0.1 * abs(high) or 1.0
+    largest = max(abs(low), abs(high))
+    room = 0.04 * (high - low) if high - low > SAME * largest else 0.1 * largest or 1.0
     if low >= 0 and low < 0.5 * high:
         return Scale(0.0, high + room)
     return Scale(low - room, high + room)

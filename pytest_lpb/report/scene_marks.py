@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_lpb.problem.planar.shapes import SHAPES
 from pytest_lpb.report.canvas import Canvas, path_through
 from pytest_lpb.report.numbers import show, show_exact
+from pytest_lpb.report.scale import LARGEST
 from pytest_lpb.report.view import Mark, PlannerStyle
 
 if TYPE_CHECKING:
@@ -138,7 +139,8 @@ def robot_marks(canvas: Canvas, trajectory: Trajectory, row: int, css: str, draw
 
 def ghost_rows(drawn: Drawn) -> list[int]:
     """Rows at equal steps along the motion of the joints, without the first and the last."""
-    moved = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(drawn.trajectory.q, axis=0), axis=1))])
+    q = np.clip(drawn.trajectory.q, -LARGEST, LARGEST)
+    moved = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
     if not np.isfinite(moved[-1]) or moved[-1] == 0:
         return []
     return [int(row) for row in np.searchsorted(moved, np.linspace(0, moved[-1], ROBOT_GHOSTS + 2)[1:-1])]
@@ -173,7 +175,8 @@ def contact_point(drawn: Drawn) -> FloatArray:
     samples = np.concatenate(
         [np.linspace(capsule[:2], capsule[2:4], 41) @ pose[:2, :2].T + pose[:2, 2] for capsule in body.capsules]
     )
-    return np.asarray(samples[np.argmin(np.linalg.norm(samples - centre, axis=1))])
+    away = np.clip(samples - centre, -LARGEST, LARGEST)
+    return np.asarray(samples[np.argmin(np.linalg.norm(away, axis=1))])
 
 
 def _outline(canvas: Canvas, obstacle: Obstacle, position: FloatArray, angle: float) -> str:

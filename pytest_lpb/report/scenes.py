@@ -121,8 +121,8 @@ def _fixed_points(trial: Drawn, until: float) -> FloatArray:
 
 
 def _robot_points(trial: Drawn) -> FloatArray:
-    robot = trial.trajectory.problem.robot
-    positions = robot.link_positions(trial.trajectory.q).reshape(-1, 2)
+    robot, q = trial.trajectory.problem.robot, trial.trajectory.q
+    positions = robot.link_positions(q[np.isfinite(q).all(axis=1)]).reshape(-1, 2)
     return np.concatenate([positions - robot.body_radius, positions + robot.body_radius])
 
 

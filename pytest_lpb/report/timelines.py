@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_lpb.report.canvas import path_through, thinned
 from pytest_lpb.report.numbers import show_exact, unit_text
-from pytest_lpb.report.scale import Scale, scale_for
+from pytest_lpb.report.scale import Scale, drawable, scale_for
 from pytest_lpb.report.scene_marks import Drawn
 from pytest_lpb.report.view import Line, Tick, Timeline
 
@@ -40,7 +40,7 @@ def _timeline(
     limit_name: str,
 ) -> Timeline | None:
     present = np.concatenate(values)
-    present = present[np.isfinite(present)]
+    present = present[drawable(present)]
     if len(present) == 0:
         return None
     shown = np.append(present, [0.0] if limit is None else [0.0, limit])

@@ -52,7 +52,8 @@ def comparisons_table(trials: pd.DataFrame, kpis: Sequence[KpiColumn], rng_seed:
     Trials are paired by scenario, seed and problem; repeats of one problem are averaged, so `pairs` counts
     distinct problems. KPIs over solved trials compare problems both solved; a failed trial counts its
     duration where the KPI is restricted to it. p values are adjusted by Holm over the planner pairs of a KPI
-    and scenario. See docs/statistics.md for the tests, intervals and verdicts.
+    and scenario. `all` of a KPI whose unit depends on the control mode has no pairs where the scenarios differ
+    in it. See docs/statistics.md for the tests, intervals and verdicts.
 
     Args:
         trials: one row per trial, the columns of trials.csv and `duration_s`, in any order.
@@ -89,10 +90,12 @@ def _pair(rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure], rng_s
     if not scenarios:
         return
     any_contended = bool(contended[scenarios].any())
+    mixed = both.loc[both["scenario"].isin(scenarios), "control"].nunique() > 1
     for measure in measures:
+        pooled = [] if measure.by_control and mixed else scenarios
         label = scenarios[0] if len(scenarios) == 1 else ALL
         rng = generator(rng_seed, a, b, label, measure.name)
-        figures = compare([samples[scenario, measure.column] for scenario in scenarios], measure, rng)
+        figures = compare([samples[scenario, measure.column] for scenario in pooled], measure, rng)
         yield _Comparison(a, b, ALL, measure, figures, any_contended)
 
 

@@ -12,9 +12,11 @@ import pandas as pd
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
 from pytest_lpb.names import listed, suggestion
+from pytest_lpb.problem.problem import Problem
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial, trial_path
+from pytest_lpb.trial.units import unit_of
 
 # Columns of trials.csv before the KPIs.
 TRIAL_COLUMNS = (
@@ -36,7 +38,7 @@ TRIAL_COLUMNS = (
 COMPUTED = ("steps", "timing_contended")
 RECORDED = (*(name for name in TRIAL_COLUMNS if name not in COMPUTED), "message", "command")
 # What tables and reports need besides; not part of trials.csv.
-HIDDEN_COLUMNS = ("duration_s", "message", "command")
+HIDDEN_COLUMNS = ("duration_s", "control", "message", "command")
 
 
 @dataclass(frozen=True)
@@ -148,5 +150,12 @@ def _row(trajectory: Trajectory, kpis: Sequence[Kpi], warnings: list[str]) -> di
         "steps": max(len(trajectory) - 1, 0),
         "timing_contended": trajectory.timing_contended,
         "duration_s": trajectory.problem.duration,
+        "control": _control(trajectory.problem),
         **values,
     }
+
+
+def _control(problem: Problem) -> str:
+    """Control mode with the units of actions, such as `velocity [m/s, rad/s]`: what can be pooled has the same."""
+    units = (unit_of(f"action{index}", problem) for index in range(problem.robot.n_actions))
+    return f"{problem.control} [{', '.join(dict.fromkeys(units))}]"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.run.problems import KpiColumn, restricted_column
+from pytest_lpb.run.problems import KpiColumn, restricted_column, unit_depends_on_control
 from pytest_lpb.statistics import (
     bootstrap_means,
     bootstrap_medians,
@@ -40,12 +40,13 @@ class Measure:
     column: str
     timing: bool = False
     is_rate: bool = False
+    by_control: bool = False  # its unit depends on the control mode
 
     @classmethod
     def of(cls, kpi: KpiColumn) -> Measure:
         """The measure of a KPI; a failed trial counts the duration where the KPI is restricted to it."""
         column = restricted_column(kpi) if kpi.restricted_to_duration else kpi.name
-        return cls(kpi.name, kpi.direction, kpi.over, column, kpi.timing)
+        return cls(kpi.name, kpi.direction, kpi.over, column, kpi.timing, by_control=unit_depends_on_control(kpi))
 
 
 SUCCESS = Measure("success", "higher", "all", "success", is_rate=True)

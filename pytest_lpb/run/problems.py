@@ -9,6 +9,8 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.kpis.units import BY_CONTROL_MODE
+
 TRIAL_KEYS = ["scenario", "planner", "seed", "problem_hash", "attempt", "trajectory_hash", "wall_s"]
 """What sorts trials: tables do not depend on the order in which trials were run or read."""
 
@@ -46,15 +48,21 @@ def restricted_column(kpi: KpiColumn) -> str:
     return f"{kpi.name}_restricted_mean"
 
 
+def unit_depends_on_control(kpi: KpiColumn) -> bool:
+    """Whether a KPI's unit is that of the actions, so that values of different control modes never mix."""
+    return kpi.unit == BY_CONTROL_MODE
+
+
 def prepare(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
     """Trials in a fixed order, with numbers where they apply and NaN where they do not.
 
     Args:
-        trials: one row per trial, the columns of trials.csv and `duration_s`, in any order.
+        trials: one row per trial, the columns of trials.csv, `duration_s` and `control` (without it: one control
+            mode), in any order.
         kpis: the KPI columns to keep.
 
     Returns:
-        scenario, planner, seed, problem (see `_problems`), success (0.0 or 1.0), timing_contended, one column
+        scenario, planner, seed, problem (see `_problems`), control, success (0.0 or 1.0), timing_contended, one column
         per KPI (NaN for a failed trial where the KPI is over solved ones), and one `restricted_column` each.
     """
     rows = trials.assign(
@@ -69,6 +77,7 @@ def prepare(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
         "planner": rows["planner"],
         "seed": rows["seed"],
         "problem": _problems(rows),
+        "control": rows.get("control", ""),
         "success": solved.astype(np.float64),
         "timing_contended": rows["timing_contended"].eq(True),
     }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from pytest_lpb.run.problems import KpiColumn, prepare, restricted_column
+from pytest_lpb.run.problems import KpiColumn, prepare, restricted_column, unit_depends_on_control
 from pytest_lpb.statistics import effective_size, wilson_interval
 
 ALL = "all"
@@ -24,7 +24,8 @@ def summary_table(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFra
     Repeats of one problem are averaged first, so rates, quartiles and intervals are over distinct problems
     (timing KPIs: quartiles over trials). `successes` counts trials, `success_rate` is the mean over problems,
     with its Wilson interval. `all` is the mean over the scenarios that have a value, with summed counts; its
-    interval is Wilson's at the `effective_size` of the scenarios' problems.
+    interval is Wilson's at the `effective_size` of the scenarios' problems. Where a planner's scenarios have
+    different control modes, `all` has no figures of KPIs whose unit depends on it.
 
     Args:
         trials: one row per trial, the columns of trials.csv and `duration_s`, in any order.
@@ -34,8 +35,12 @@ def summary_table(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFra
         The columns of summary.csv in the contract's order, then `KPI_restricted_mean` of restricted KPIs: the
         mean over problems in which a failed trial counts its duration.
     """
-    scenarios = _scenario_rows(prepare(trials, kpis), kpis)
+    rows = prepare(trials, kpis)
+    scenarios = _scenario_rows(rows, kpis)
     overall = _overall_rows(scenarios)
+    modes = rows.groupby("planner")["control"].nunique()
+    by_control = [f"{kpi.name}_{label}" for kpi in kpis if unit_depends_on_control(kpi) for label in QUARTILES]
+    overall.loc[overall["planner"].isin(modes.index[modes > 1]), by_control] = np.nan
     return pd.concat([scenarios, overall], ignore_index=True) if len(scenarios) else scenarios
 
 

@@ -84,7 +84,8 @@ def _distance_left(trajectory: Trajectory, row: int) -> str:
     for goal in trajectory.problem.goal:
         error = trajectory.goal_error(goal.name)[row]
         if goal is not primary and goal.tolerance is not None and error > goal.tolerance:
-            parts.append(f"{_distance(error)} {goal.unit} from {goal.name!r} (tolerance {_distance(goal.tolerance)} {goal.unit})")
+            tolerance = f"tolerance {_distance(goal.tolerance)} {goal.unit}"
+            parts.append(f"{_distance(error)} {goal.unit} from {goal.name!r} ({tolerance})")
     return " and ".join(parts)
 
 

@@ -151,9 +151,17 @@ def _recorded(
     columns["self_clearance_m"] = np.full(rows, np.nan)
     columns["solver_wall_ms"] = noise.lognormal(-1.0, 0.3, rows)
     columns["solver_cpu_ms"] = 0.95 * columns["solver_wall_ms"]
+    file, planner, seed = node_id.split("::")
     metadata = {
         "node_id": node_id,
+        "scenario": file.removeprefix("scenarios/").removesuffix(".yaml"),
+        "planner": planner,
+        "seed": int(seed.removeprefix("seed")),
+        "attempt": 1,
+        "problem_hash": problem.problem_hash,
+        "trajectory_hash": "",
         "outcome": outcome,
+        "success": outcome == "success",
         "wall_s": 0.2,
         "setup_ms": 3.0,
         "period_s": problem.dt,
