@@ -45,7 +45,7 @@ class DivergedError(PlannerError):
     """A planner's actions drove the robot's state beyond all measure."""
 
 
-def described(error: BaseException) -> str:
+def in_one_line(error: BaseException) -> str:
     """An exception in one line: type, text, and the file and line that raised it."""
     try:
         text = str(error)

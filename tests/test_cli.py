@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from collections.abc import Iterator
@@ -289,7 +290,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 def test_abbreviated_options_are_refused(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([str(run), "--planner=pd"])
-    assert stop.value.code == 2
+    assert stop.value.code == 4
     assert "--planner" in capsys.readouterr().err
 
 
@@ -299,3 +300,31 @@ def test_a_trial_file_of_another_trial(run: Path, capsys: pytest.CaptureFixture[
     warning = "seed7.parquet holds the data of another trial, drawn.yaml::pd::seed0"
     assert warning in capsys.readouterr().err
     assert len(read_table(run / "trials.csv")) == 8
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--kpis="], "--kpis: found no name"),
+        (["--compare=pd"], "--compare takes two planners, found pd"),
+        (["--planners=pd", "--compare=pd,potential_field"], "--compare names a planner that --planners leaves out"),
+        (["--trial=x", "--planners=pd"], "--trial shows one trial"),
+    ],
+)
+def test_options_that_contradict_each_other(
+    run: Path, options: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(run), *options]) == 4
+    assert message in capsys.readouterr().err
+
+
+def test_code_in_a_run_folder_is_not_loaded(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    evil = run / "evil.py"
+    evil.write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n", "utf-8")
+    information = json.loads((run / "run.json").read_text("utf-8"))
+    for file in (str(evil), "evil.py"):
+        information["plugins"] = [{"module": "evil", "file": file}]
+        (run / "run.json").write_text(json.dumps(information), "utf-8")
+        assert main([str(run)]) == 1
+        assert "'evil' lies in the run folder" in capsys.readouterr().err
+    assert not (run / "ran").exists()

@@ -6,7 +6,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
-from pytest_lpb.errors import ConfigurationError, described
+from pytest_lpb.errors import ConfigurationError, in_one_line
 from pytest_lpb.names import is_name, listed, suggestion
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def register(cls: type[Planner]) -> None:
     """
     if not isinstance(cls.name, str) or not is_name(cls.name):
         raise ConfigurationError(
-            f"planner class {_place(cls)}: name {cls.name!r} is not allowed; use letters, digits, _ . - and no leading dot"
+            f"planner class {_place(cls)}: name {cls.name!r} is not allowed; use letters, digits, _ . -"
         )
     other = _classes.get(cls.name)
     if other is not None and _place(other) != _place(cls):
@@ -73,7 +73,7 @@ def _imported(module: str, reference: str, attribute: str) -> Any:
         value: Any = import_module(module)
     except Exception as error:
         # A module of a user may fail in any way while it is imported.
-        raise ConfigurationError(f"planner {reference!r}: cannot import {module!r}: {described(error)}") from error
+        raise ConfigurationError(f"planner {reference!r}: cannot import {module!r}: {in_one_line(error)}") from error
     for part in attribute.split("."):
         if not hasattr(value, part):
             raise ConfigurationError(f"planner {reference!r}: {module!r} has no {part!r}{suggestion(part, dir(value))}")

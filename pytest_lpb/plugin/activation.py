@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_lpb.errors import LpbError
+from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
@@ -18,7 +18,9 @@ from pytest_lpb.plugin.options import PARTS, split_names
 from pytest_lpb.plugin.session import SESSION, WORKER_RUN, LpbSession
 from pytest_lpb.plugin.worker import WorkerPlugin
 from pytest_lpb.run.folder import check_writable, new_run_folder
-from pytest_lpb.run.plugins import described, load_kpi_entry_points
+from pytest_lpb.run.plugins import load_kpi_entry_points
+from pytest_lpb.scenario.schema.file import MAX_TRIALS
+from pytest_lpb.scenario.schema.success import MAX_SEED
 
 
 def activate(config: pytest.Config, references: list[str]) -> None:
@@ -51,10 +53,10 @@ def is_worker(config: pytest.Config) -> bool:
 
 
 def _session(config: pytest.Config, references: list[str]) -> LpbSession:
-    for name in ("trials", "seed"):
+    for name, least, most in (("trials", 1, MAX_TRIALS), ("seed", 0, MAX_SEED - MAX_TRIALS)):
         value = config.getoption(f"lpb_{name}")
-        if value is not None and value < (1 if name == "trials" else 0):
-            raise LpbError(f"--lpb-{name}: found {value}; allowed: {'1 or more' if name == 'trials' else '0 or more'}")
+        if value is not None and not least <= value <= most:
+            raise LpbError(f"--lpb-{name}: found {value}; allowed are {least} to {most}")
     if str(config.rootpath) not in sys.path:
         sys.path.insert(0, str(config.rootpath))
     modules = _load_plugins(config)
@@ -152,7 +154,7 @@ def _load_plugins(config: pytest.Config) -> list[str]:
             raise
         except Exception as error:
             # A module may raise anything while it is imported.
-            raise LpbError(f"lpb_plugins: cannot import {module!r}: {described(error)}") from error
+            raise LpbError(f"lpb_plugins: cannot import {module!r}: {in_one_line(error)}") from error
     return modules
 
 

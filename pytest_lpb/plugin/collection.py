@@ -20,6 +20,8 @@ from pytest_lpb.run.folder import RUN_FILE
 from pytest_lpb.scenario.draw import check_feasible, parts_drawn
 from pytest_lpb.scenario.load import Scenario, load_scenario
 
+FIXED: pytest.StashKey[dict[str, list[str]]] = pytest.StashKey()  # scenarios by part that a flag could not draw
+MAX_NAMED = 5  # scenarios that a warning names
 SUFFIXES = (".yaml", ".yml")
 RESERVED_KEY = "all"  # run.summary.ALL: the scenario of rows over all scenarios
 KEYS: pytest.StashKey[dict[str, Path]] = pytest.StashKey()  # scenario key -> file
@@ -87,6 +89,21 @@ class CollectionPlugin:
         """Whether a folder above is shut: pytest walks one that is named, or on the way to a file that is."""
         return any(self._is_shut(folder, config) for folder in path.parents if folder.is_relative_to(config.rootpath))
 
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """One warning per flag that could not draw, in one process; no filter of warnings makes it an error."""
+        config = session.config
+        if getattr(config, "workerinput", {"workerid": "gw0"})["workerid"] != "gw0":
+            return
+        for part, scenarios in config.stash.get(FIXED, {}).items():
+            names = ", ".join(scenarios[:MAX_NAMED]) + (
+                f" and {len(scenarios) - MAX_NAMED} more" if scenarios[MAX_NAMED:] else ""
+            )
+            text = f"--lpb-random-{part}: no ranges in `randomize: {part}`, it stays fixed in {names}"
+            message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, __file__, 0)
+            config.hook.pytest_warning_recorded.call_historic(
+                kwargs={"warning_message": message, "when": "collect", "nodeid": "", "location": None}
+            )
+
     def _named_files(self, config: pytest.Config) -> set[Path]:
         if self._named is None:
             folder = config.invocation_params.dir
@@ -153,7 +170,7 @@ class ScenarioFile(pytest.File):
             configuration.steps_per_call(dt)
             configuration.steps_of_delay(dt)
             configuration.parameters_for(scenario.concrete["robot"]["name"], scenario.concrete["robot"]["control"])
-        self._warn_of_fixed_parts(scenario, options)
+        self._note_fixed_parts(scenario, options)
         return scenario
 
     def _claim_key(self, options: LpbSession) -> None:
@@ -165,14 +182,10 @@ class ScenarioFile(pytest.File):
         if other != self.path:
             raise ScenarioError(f"{self.path}: scenario {key!r} is also the name of {other}; rename one of them")
 
-    def _warn_of_fixed_parts(self, scenario: Scenario, options: LpbSession) -> None:
-        fixed = set(options.flags) - set(parts_drawn(scenario, options.flags))
-        for part in sorted(fixed):
-            self.warn(
-                pytest.PytestWarning(
-                    f"--lpb-random-{part}: {self.path.name} has no ranges in `randomize: {part}`; it stays fixed"
-                )
-            )
+    def _note_fixed_parts(self, scenario: Scenario, options: LpbSession) -> None:
+        fixed = self.config.stash.setdefault(FIXED, {})
+        for part in sorted(set(options.flags) - set(parts_drawn(scenario, options.flags))):
+            fixed.setdefault(part, []).append(options.scenario_key(self.path))
 
     def _add_tags(self, scenario: Scenario) -> None:
         for tag in scenario.tags:

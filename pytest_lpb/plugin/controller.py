@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_lpb.errors import LpbError
+from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
 from pytest_lpb.plugin.session import LpbSession
@@ -115,18 +116,25 @@ class ControllerPlugin:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
         # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
         from pytest_lpb.plugin.rates import judge_rates
-        from pytest_lpb.report.build import write_results
+        from pytest_lpb.report.build import REPORT_FILE, write_tables
+        from pytest_lpb.report.report import write_report
         from pytest_lpb.run.evaluation import evaluate
 
-        try:
-            evaluation = evaluate(folder, self._session.kpis)
-            self._data = write_results(evaluation, folder.path)
-        except LpbError as error:
-            self._faults = [str(error)]
-        else:
-            self._faults = list(evaluation.warnings)
-            if self._session.assertion == "rate":
-                self._rates = judge_rates(evaluation.trials, folder)
+        with warnings.catch_warnings():
+            # Filters such as `-W error` are about the tests' code; they must not cost a run its tables.
+            warnings.simplefilter("ignore")
+            try:
+                evaluation = evaluate(folder, self._session.kpis)
+                self._faults = list(evaluation.warnings)
+                if self._session.assertion == "rate":
+                    self._rates = judge_rates(evaluation.trials, folder)
+                self._data = write_tables(evaluation, folder.path)
+                write_report(folder.path / REPORT_FILE, self._data)
+            except (LpbError, OSError) as error:
+                self._faults.append(str(error))
+            except Exception as error:
+                # Trials have run for hours perhaps: what goes wrong in a picture is told, and costs no more than it.
+                self._faults.append(f"the report is incomplete: {in_one_line(error)}")
         bad = self._faults or any(not verdict.met for verdict in self._rates)
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from pytest_lpb.documents.faults import key_path
+from pytest_lpb.documents.faults import Fault, key_path
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.scenario.load import Scenario
@@ -55,11 +55,17 @@ def check_known_failures(configuration: PlannerConfiguration) -> None:
             _expectation(entry)
         except ValidationError as error:
             faults += [
-                f"{configuration.path}: {key_path(('xfail', glob, *fault.loc))}: {fault.message}"
+                f"{configuration.path}:{_line(configuration, glob, fault)}: "
+                f"{key_path(('xfail', glob, *fault.loc))}: {fault.message}"
                 for fault in faults_of(error, ExpectedFailure, entry)
             ]
     if faults:
         raise ConfigurationError("\n".join(faults))
+
+
+def _line(configuration: PlannerConfiguration, glob: str, fault: Fault) -> int:
+    document = configuration.document
+    return document.line_of(("xfail", glob, *fault.loc)) if document is not None else 1
 
 
 def _expectation(entry: Any) -> Expectation:

@@ -103,7 +103,7 @@ class TrialItem(pytest.Item):
             return
         text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
         if trajectory.metadata["details"]:
-            text = f"{trajectory.metadata['details'].rstrip()}\n{text}"
+            text += f"\n\n{trajectory.metadata['details'].rstrip()}"
         raise (ExpectedTrialFailure if expected else TrialFailure)(f"{trajectory.outcome}: {text}")
 
     def _refuse_to_crash_again(self) -> None:

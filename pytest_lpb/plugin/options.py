@@ -46,6 +46,6 @@ def split_names(text: str | list[str]) -> list[str]:
 
 
 def chosen_planners(config: pytest.Config) -> list[str]:
-    """References of the planners to run; empty: the plugin stays inert."""
+    """References of the planners to run; none, as with an empty `--lpb-planners=`: the plugin stays inert."""
     given = config.getoption("--lpb-planners")
     return split_names(config.getini("lpb_planners") if given is None else given)

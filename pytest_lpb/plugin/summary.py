@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from pytest_lpb.plugin.rates import RateVerdict
+from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.text import planner_table
 
@@ -33,7 +34,10 @@ def write_summary(
         reporter.write_line(f"{'met' if verdict.met else 'FAILED'}: {verdict.text}", red=not verdict.met)
     for fault in faults:
         reporter.write_line(f"warning: {fault}", yellow=True)
-    reporter.write_line(f"report: {folder / 'report.html'}")
+    if (folder / REPORT_FILE).is_file():
+        reporter.write_line(f"report: {folder / REPORT_FILE}")
+    else:
+        reporter.write_line(f"raw data: {folder}")
 
 
 def failure_lines(trials: pd.DataFrame) -> Iterable[str]:

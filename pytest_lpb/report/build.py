@@ -11,6 +11,8 @@ from pytest_lpb.report.report import write_report
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
 
+REPORT_FILE = "report.html"
+
 
 def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None) -> ReportData:
     """Tables and raw data of an evaluated run.
@@ -36,10 +38,16 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None) -> 
 
 def write_results(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
     """Write tables and report of an evaluated run into a folder. Same raw data, same bytes."""
+    data = write_tables(evaluation, folder, pair)
+    write_report(folder / REPORT_FILE, data)
+    return data
+
+
+def write_tables(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
+    """Write the tables alone; what they hold, for a report."""
     data = report_data(evaluation, pair)
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(evaluation.table(), folder / "trials.csv")
     write_csv(data.summary, folder / "summary.csv")
     write_csv(data.comparisons, folder / "comparisons.csv")
-    write_report(folder / "report.html", data)
     return data

@@ -35,7 +35,7 @@ TEMPLATES = "templates"
 
 
 def write_report(path: Path, data: ReportData) -> Path:
-    """Write the report of an evaluated run; the file appears at once, whole. Returns its path; raises RecordingError."""
+    """Write the report of an evaluated run; the file appears at once, whole. Raises RecordingError."""
     return replace_file(path, render(page(data)).encode())
 
 

@@ -58,6 +58,11 @@ def primary_link(trajectory: Trajectory) -> str:
     return link if link is not None else trajectory.problem.robot.link_names[-1]
 
 
+def configurations(trajectory: Trajectory) -> FloatArray:
+    """Joint positions, those that diverged cut off where numbers can still be added, (N + 1, dof)."""
+    return np.clip(trajectory.q, -LARGEST, LARGEST)
+
+
 def placed_corners(obstacle: Obstacle, position: FloatArray, angle: float) -> FloatArray:
     """Corners of an obstacle in the world, (N, 2) [m]; of a disc, those of the square around it."""
     outline = SHAPES[obstacle.shape](obstacle.entry).outline()
@@ -120,7 +125,7 @@ def goal_marks(canvas: Canvas, trajectory: Trajectory) -> Iterator[Mark]:
 def robot_marks(canvas: Canvas, trajectory: Trajectory, row: int, css: str, drawn: Drawn | None) -> Iterator[Mark]:
     """The robot's bodies at a row."""
     robot = trajectory.problem.robot
-    q = trajectory.q[row]
+    q = configurations(trajectory)[row]
     style = drawn.style if drawn else None
     by_radius: dict[float, list[FloatArray]] = {}
     for body in robot.collision_bodies:
@@ -139,8 +144,8 @@ def robot_marks(canvas: Canvas, trajectory: Trajectory, row: int, css: str, draw
 
 def ghost_rows(drawn: Drawn) -> list[int]:
     """Rows at equal steps along the motion of the joints, without the first and the last."""
-    q = np.clip(drawn.trajectory.q, -LARGEST, LARGEST)
-    moved = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    steps = np.diff(configurations(drawn.trajectory), axis=0)
+    moved = np.concatenate([[0.0], np.cumsum(np.linalg.norm(steps, axis=1))])
     if not np.isfinite(moved[-1]) or moved[-1] == 0:
         return []
     return [int(row) for row in np.searchsorted(moved, np.linspace(0, moved[-1], ROBOT_GHOSTS + 2)[1:-1])]
@@ -171,7 +176,7 @@ def contact_point(drawn: Drawn) -> FloatArray:
     if body is None or drawn.outcome != "collision" or f"obstacle_{obstacle}_x" not in trajectory.columns:
         return np.asarray(link_path[row])
     centre = trajectory.obstacle(obstacle)[row, :2]
-    pose = robot.forward_kinematics(trajectory.q[row], body.link)
+    pose = robot.forward_kinematics(configurations(trajectory)[row], body.link)
     samples = np.concatenate(
         [np.linspace(capsule[:2], capsule[2:4], 41) @ pose[:2, :2].T + pose[:2, 2] for capsule in body.capsules]
     )

@@ -17,6 +17,7 @@ from pytest_lpb.report.overview import endings
 from pytest_lpb.report.scene_marks import (
     CONTACTS,
     Drawn,
+    configurations,
     ghost_rows,
     goal_marks,
     goal_points,
@@ -121,7 +122,7 @@ def _fixed_points(trial: Drawn, until: float) -> FloatArray:
 
 
 def _robot_points(trial: Drawn) -> FloatArray:
-    robot, q = trial.trajectory.problem.robot, trial.trajectory.q
+    robot, q = trial.trajectory.problem.robot, configurations(trial.trajectory)
     positions = robot.link_positions(q[np.isfinite(q).all(axis=1)]).reshape(-1, 2)
     return np.concatenate([positions - robot.body_radius, positions + robot.body_radius])
 

@@ -150,12 +150,12 @@ def _row(trajectory: Trajectory, kpis: Sequence[Kpi], warnings: list[str]) -> di
         "steps": max(len(trajectory) - 1, 0),
         "timing_contended": trajectory.timing_contended,
         "duration_s": trajectory.problem.duration,
-        "control": _control(trajectory.problem),
+        "control": control_mode(trajectory.problem),
         **values,
     }
 
 
-def _control(problem: Problem) -> str:
+def control_mode(problem: Problem) -> str:
     """Control mode with the units of actions, such as `velocity [m/s, rad/s]`: what can be pooled has the same."""
     units = (unit_of(f"action{index}", problem) for index in range(problem.robot.n_actions))
     return f"{problem.control} [{', '.join(dict.fromkeys(units))}]"

@@ -5,14 +5,13 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import sys
-import traceback
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.errors import KpiError
+from pytest_lpb.errors import KpiError, in_one_line
 from pytest_lpb.kpis.definition import innermost
 from pytest_lpb.kpis.registry import default_registry
 
@@ -46,12 +45,18 @@ def _file_of_module(name: str) -> str:
     return str(Path(file).resolve()) if file else ""
 
 
-def load_user_modules(recorded: Iterable[Mapping[str, Any]]) -> list[str]:
-    """Load the modules that a run recorded; warnings for those that are gone or cannot be imported any more."""
+def load_user_modules(recorded: Iterable[Mapping[str, Any]], run: Path) -> list[str]:
+    """Load the modules that a run recorded; warnings for those that are gone or cannot be imported any more.
+
+    A run folder may come from anybody: no code that lies in it is loaded, nor any by a relative path.
+    """
     warnings = []
     for entry in recorded:
         name, file = entry["module"], entry["file"]
         if name in sys.modules and _file_of_module(name) == file:
+            continue
+        if file and (not Path(file).is_absolute() or Path(file).resolve().is_relative_to(run)):
+            warnings.append(f"module {name!r} lies in the run folder, {file}, and is not loaded; name it with --plugin")
             continue
         try:
             if Path(file).is_file():
@@ -60,7 +65,7 @@ def load_user_modules(recorded: Iterable[Mapping[str, Any]]) -> list[str]:
                 import_module(name)
         except Exception as error:
             # A module may raise anything while it is imported.
-            warnings.append(f"module {name!r} and its KPIs are left out: {described(error)}; name it with --plugin")
+            warnings.append(f"module {name!r} and its KPIs are left out: {in_one_line(error)}; name it with --plugin")
     return warnings
 
 
@@ -86,7 +91,7 @@ def load_plugin(reference: str) -> None:
         raise
     except Exception as error:
         # A module may raise anything while it is imported.
-        raise KpiError(f"--plugin: cannot import {reference!r}: {described(error)}") from error
+        raise KpiError(f"--plugin: cannot import {reference!r}: {in_one_line(error)}") from error
 
 
 def load_file(path: Path, name: str) -> None:
@@ -101,12 +106,3 @@ def load_file(path: Path, name: str) -> None:
     except BaseException:
         del sys.modules[name]
         raise
-
-
-def described(error: BaseException) -> str:
-    """An exception in one line: its type unless it is an ImportError, and the file and line that raised it."""
-    text = str(error) if isinstance(error, ImportError) else f"{type(error).__name__}: {error}"
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).is_file()]
-    if isinstance(error, ImportError | SyntaxError) or not frames:
-        return text
-    return f"{text} ({frames[-1].filename}:{frames[-1].lineno})"

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.kpis.derived import DIVERGED
 from pytest_lpb.kpis.units import BY_CONTROL_MODE
 
 TRIAL_KEYS = ["scenario", "planner", "seed", "problem_hash", "attempt", "trajectory_hash", "wall_s"]
@@ -83,7 +84,7 @@ def prepare(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
     }
     for kpi in kpis:
         values = pd.to_numeric(rows[kpi.name]).astype(np.float64)
-        values = values.where(np.isfinite(values))
+        values = values.where(values.abs() < DIVERGED)  # beyond, sums overflow
         columns[kpi.name] = values.where(solved) if kpi.over == "solved" else values
         if kpi.restricted_to_duration:
             columns[restricted_column(kpi)] = values.where(solved, _durations(rows))

@@ -1,4 +1,5 @@
 import math
+import sys
 import warnings
 from collections.abc import Callable
 from fractions import Fraction
@@ -106,3 +107,10 @@ def test_all_kpis_of_a_trial_take_milliseconds() -> None:
         times.append(perf_counter() - start)
         assert faults == []
     assert min(times) < 0.03
+
+
+@pytest.mark.parametrize("leave", [sys.exit, pytest.fail, pytest.skip, pytest.xfail])
+def test_leaving_is_a_fault_like_any_other(leave: Callable[[str], Any]) -> None:
+    found, (fault,) = evaluate(lambda trajectory: leave("enough"))
+    assert math.isnan(found)
+    assert "enough (" in fault

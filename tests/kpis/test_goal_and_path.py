@@ -85,3 +85,10 @@ def test_joints_of_a_base_are_told_apart() -> None:
     trial = make_trial(make_problem(CART, goal=[{**REACH, "link": "base"}]), q)
     assert joint_path_length_m(trial) == pytest.approx(5.0)
     assert joint_path_length_rad(trial) == pytest.approx(0.7)
+
+
+def test_spl_of_a_trial_that_misses_its_criteria_is_zero() -> None:
+    problem = make_problem()
+    problem.certified_path_length_m = 1.5
+    assert success_weighted_path_length(make_trial(problem, LINE, success=False)) == 0.0
+    assert success_weighted_path_length(make_trial(problem, LINE, success=True)) == pytest.approx(1.5 / 1.9)

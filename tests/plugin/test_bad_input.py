@@ -19,9 +19,9 @@ OPTIONS = {
         "unknown KPI 'time_to_gaol_s'; did you mean 'time_to_goal_s'",
     ),
     "no KPI": (("--lpb-kpis=,",), "--lpb-kpis: found no name"),
-    "no trials": (("--lpb-trials=0",), "--lpb-trials: found 0; allowed: 1 or more"),
+    "no trials": (("--lpb-trials=0",), "--lpb-trials: found 0; allowed are 1 to 1000000"),
     "trials in words": (("--lpb-trials=many",), "--lpb-trials: invalid int value: 'many'"),
-    "negative seed": (("--lpb-seed=-1",), "--lpb-seed: found -1; allowed: 0 or more"),
+    "negative seed": (("--lpb-seed=-1",), "--lpb-seed: found -1; allowed are 0 to "),
     "assert what": (("--lpb-assert=maybe",), "argument --lpb-assert: invalid choice: 'maybe'"),
     "reports in a file": (
         ("--lpb-reports=taken",),

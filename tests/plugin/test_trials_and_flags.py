@@ -55,18 +55,20 @@ def test_a_flag_draws_its_part(project: Project, part: str) -> None:
 
 
 def test_flags_for_parts_without_ranges_warn_once(project: Project) -> None:
-    project.scenario()
+    for name in ("x", "y"):
+        project.scenario(f"scenarios/{name}.yaml")
     result = project.run("--lpb-trials=2", "--lpb-random-goal", "scenarios", planners="pd,potential_field")
-    result.assert_outcomes(passed=4, warnings=1)
-    assert text_of(result).count("--lpb-random-goal: x.yaml has no ranges in `randomize: goal`; it stays fixed") == 1
+    result.assert_outcomes(passed=8, warnings=1)
+    expected = "--lpb-random-goal: no ranges in `randomize: goal`, it stays fixed in x, y"
+    assert text_of(result).count(expected) == 1
     assert len({row["problem_hash"] for row in project.rows()}) == 1
 
 
-def test_flags_for_parts_without_ranges_warn_once_per_worker_at_most(project: Project) -> None:
+def test_flags_for_parts_without_ranges_warn_once_with_workers_and_errors_for_warnings(project: Project) -> None:
     project.scenario()
-    result = project.run_workers("--lpb-trials=2", "--lpb-random-goal", "scenarios")
-    result.assert_outcomes(passed=2, warnings=2)
-    assert 1 <= text_of(result).count("--lpb-random-goal: x.yaml has no ranges") <= 2
+    result = project.run_workers("--lpb-trials=2", "--lpb-random-goal", "-W", "error", "scenarios")
+    result.assert_outcomes(passed=2, warnings=1)
+    assert text_of(result).count("--lpb-random-goal: no ranges in `randomize: goal`") == 1
 
 
 def test_a_part_that_cannot_be_drawn_is_one_trials_failure(project: Project) -> None:

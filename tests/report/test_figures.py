@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pytest_lpb.report import numbers
 from pytest_lpb.report.canvas import MAX_PATH_POINTS, canvas_for, path_through, thinned
@@ -14,6 +16,7 @@ from pytest_lpb.report.palette import COLOURS, planner_styles
 from pytest_lpb.report.scale import Scale, round_values, scale_for, tick_labels
 from pytest_lpb.report.scenes import representative, scenes
 from pytest_lpb.report.view import Mark, Scene
+from pytest_lpb.trajectory import Trajectory
 
 STYLES = planner_styles(["potential_field", "pd", "fabrics"])
 
@@ -185,3 +188,48 @@ def test_axis_holds_its_values() -> None:
         assert len(scale.ticks()) >= 2
     assert scale_for(np.array([1e-3, 1e3]), may_be_logarithmic=True).logarithmic
     assert [tick.label for tick in Scale(0.9, 11.0, logarithmic=True).ticks()] == ["1", "2", "5", "10"]
+
+
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1))
+def test_any_numbers_have_an_axis_and_a_text(values: list[float]) -> None:
+    array = np.array([*values, 1.0])
+    for may_be_logarithmic in (False, True):
+        scale = scale_for(array, may_be_logarithmic=may_be_logarithmic)
+        assert (np.abs(scale.place(array)) < 2.001).all()
+        assert scale.ticks()
+    assert all(len(numbers.show(value)) < 20 for value in values)
+
+
+def test_values_too_large_to_draw_are_told(run: ReportData) -> None:
+    trials = run.trials.copy()
+    trials["path_length_m"] = 1.0
+    trials.loc[trials.index[trials["success"]][0], "path_length_m"] = -1.79e308
+    figure = next(f for f in kpi_figures(replace(run, trials=trials), STYLES)[0] if f.name == "path_length_m")
+    assert "1 value too large to draw: −1.8·10³⁰⁸ (" in " ".join(figure.notes)
+    figures, without = kpi_figures(replace(run, trials=trials.assign(path_length_m=1.6e308)), STYLES)
+    figure = next(f for f in figures if f.name == "path_length_m")
+    assert not figure.groups
+    assert not figure.ticks
+    assert "path_length_m" not in without
+
+
+@pytest.mark.parametrize("far", [1e13, 1e155, 1e300, -1.7e308, np.inf, np.nan])
+def test_trajectories_that_diverge_are_drawn_within_a_sane_window(run: ReportData, far: float) -> None:
+    """Warnings are errors here."""
+
+    def diverged(node_id: str) -> Trajectory:
+        made = run.trajectory_of(node_id)
+        columns = {name: values.copy() for name, values in made.columns.items()}
+        for name, values in columns.items():
+            if name.startswith(("q", "u", "link_", "clearance_m", "goal_reach_error")):
+                values[len(values) // 2 :] = far
+                values[-1] = -far
+        return Trajectory(columns, made.metadata, made.problem)
+
+    drawn = scenes(replace(run, trajectory_of=diverged), STYLES)
+    paths = [mark.d for scene in drawn for panel in scene.panels for mark in panel.marks]
+    paths += [line.d for scene in drawn for timeline in scene.timelines for line in timeline.lines]
+    places = [float(text) for path in paths for text in re.findall(r"-?\d+\.?\d*", path)]
+    assert not re.search("nan|inf|e", "".join(paths))
+    assert len(paths) > 30
+    assert max(map(abs, places)) < 20_000

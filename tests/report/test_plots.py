@@ -12,9 +12,14 @@ import pytest
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.drawing import drawings, figure_of
 from pytest_lpb.report.plots import PlotRegistry, default_registry, load_builtin, write_plots
 from pytest_lpb.report.report import page, render
 from pytest_lpb.report.user_figures import user_figures
+from pytest_lpb.run.summary import summary_table
+from pytest_lpb.trajectory import Trajectory
+
+from .runs import make_run
 
 BUILTIN = ["path", "clearance", "goal_error", "action", "solver_time", "success"]
 
@@ -140,3 +145,47 @@ def test_crashed_trial_has_no_plot(run: ReportData, tmp_path: Path) -> None:
     written = write_plots(tmp_path, ["clearance"], crashed)
     assert not written.paths
     assert "no trial file" in written.failures[0]
+
+
+@pytest.mark.parametrize("leave", [sys.exit, pytest.fail, pytest.skip])
+def test_leaving_is_a_fault_like_any_other(small: ReportData, leave: Any) -> None:
+    default_registry.plot("leaves", scope="run")(lambda trajectories, axes: leave("enough"))
+    (figure,) = user_figures(small)
+    assert "enough" in figure.error
+
+
+def test_interrupts_are_not_caught(small: ReportData) -> None:
+    def interrupted(trajectory: Any, axes: Any) -> None:
+        raise KeyboardInterrupt
+
+    default_registry.plot("interrupted")(interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        user_figures(small)
+
+
+def test_success_plot_agrees_with_the_summary() -> None:
+    """With a crashed worker, criteria that were not met, and scenarios of different sizes."""
+    data = make_run(["point/two_obstacles", "arm/reach"], planners=("b", "a"), seeds=4)
+    trajectories = {}
+    for row in data.trials.to_dict("records"):
+        crashed = row["outcome"] == "worker_crash"
+        made = data.trajectory_of(str(row["node_id"]).replace("seed3", "seed2") if crashed else str(row["node_id"]))
+        columns = {name: values[: 0 if crashed else None] for name, values in made.columns.items()}
+        solved = bool(row["success"]) and row["seed"] != 0
+        metadata = {**made.metadata, "seed": row["seed"], "success": solved, "problem_hash": row["problem_hash"]}
+        trajectories[row["node_id"]] = Trajectory(columns, metadata, made.problem)
+    drop = data.trials["scenario"].eq("arm/reach") & data.trials["seed"].gt(1)
+    trials = data.trials[~drop].assign(
+        success=[trajectories[node].metadata["success"] for node in data.trials["node_id"][~drop]]
+    )
+    (drawing,) = drawings(
+        default_registry.select(["success"])[0],
+        replace(data, trials=trials, trajectory_of=trajectories.__getitem__),
+        trials,
+    )
+    axes: Any = figure_of(drawing).axes[0]
+    summary = summary_table(trials, [])
+    expected = summary[summary["scenario"] == "all"].set_index("planner")["success_rate"].to_dict()
+    shown = [label.get_text() for label in axes.get_yticklabels()]
+    assert dict(zip(shown, [bar.get_width() for bar in axes.patches], strict=True)) == expected
+    assert len(set(expected.values())) == 2

@@ -314,3 +314,18 @@ def test_a_real_difference_is_found_in_fifty_problems() -> None:
         trials.loc[trials["planner"] == "b", CLEARANCE.name] *= 1.5
         found += _row(comparisons_table(trials, [CLEARANCE]), CLEARANCE.name)["verdict"] == "better"
     assert found >= 18
+
+
+def test_units_that_depend_on_the_control_mode_are_never_pooled() -> None:
+    effort = Column("effort", unit="by control mode")
+    trials = random_trials(seeds=8, kpis=[effort, LENGTH], rate=1.0)
+    one_mode = comparisons_table(trials.assign(control="velocity [m/s]"), [effort])
+    assert one_mode.equals(comparisons_table(trials, [effort]))
+    assert _row(one_mode, "effort", "all")["pairs"] == 16
+    modes = trials["scenario"].map({"s1": "velocity [m/s]", "s2": "acceleration [m/s^2]"})
+    table = comparisons_table(trials.assign(control=modes), [effort, LENGTH])
+    mixed = _row(table, "effort", "all")
+    assert (mixed["pairs"], mixed["verdict"]) == (0, "inconclusive")
+    assert np.isnan([mixed[name] for name in ("median_a", "difference", "ratio", "p", "p_adjusted")]).all()
+    assert _row(table, "effort", "s1")["pairs"] == 8
+    assert _row(table, "path_length_m", "all")["pairs"] == 16

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from pytest_lpb.run.summary import summary_table
 from pytest_lpb.statistics import wilson_interval
-from tests.run.trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, random_trials, trial
+from tests.run.trial_frames import ACTION, CLEARANCE, KPIS, LENGTH, SOLVER, TIME, Column, random_trials, trial
 
 
 def _row(table: pd.DataFrame, scenario: str, planner: str) -> dict[str, float]:
@@ -164,3 +164,21 @@ def test_the_trials_are_not_changed() -> None:
     before = trials.copy(deep=True)
     summary_table(trials, KPIS)
     pd.testing.assert_frame_equal(trials, before)
+
+
+def test_units_that_depend_on_the_control_mode_are_never_pooled() -> None:
+    """kpis.md: m/s and rad/s^2 have no mean; scenarios of one mode have."""
+    effort = Column("effort", unit="by control mode", direction="lower")
+    rows = [
+        trial(scenario, planner, effort=value, path_length_m=value, control=control)
+        for scenario, planner, value, control in (
+            *(("s1", "a", 1.0, "velocity [m/s]"), ("s2", "a", 3.0, "acceleration [rad/s^2]")),
+            *(("s1", "b", 1.0, "velocity [m/s]"), ("s3", "b", 3.0, "velocity [m/s]")),
+        )
+    ]
+    table = summary_table(pd.DataFrame(rows), [effort, LENGTH])
+    assert np.isnan([_row(table, "all", "a")[f"effort_{label}"] for label in ("median", "q1", "q3")]).all()
+    assert _row(table, "all", "a")["path_length_m_median"] == 2.0
+    assert _row(table, "s2", "a")["effort_median"] == 3.0
+    assert _row(table, "all", "b")["effort_median"] == 2.0
+    assert _row(summary_table(pd.DataFrame(rows).drop(columns="control"), [effort]), "all", "a")["effort_median"] == 2.0

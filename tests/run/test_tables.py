@@ -71,3 +71,13 @@ def test_a_table_is_as_readable_as_any_other_file(tmp_path: Path) -> None:
     write_csv(pd.DataFrame({"x": [1]}), tmp_path / "x.csv")
     (tmp_path / "y.csv").write_text("")
     assert (tmp_path / "x.csv").stat().st_mode == (tmp_path / "y.csv").stat().st_mode
+
+
+def test_values_that_diverged_are_no_values() -> None:
+    """Their sums overflow, which is a warning and so an error here."""
+    trials = random_trials(seeds=8)
+    for sign in (1, -1):
+        trials.loc[sign * trials["seed"] > sign * 4, "clearance_min_m"] = sign * 1.7e308
+    summary, comparisons = summary_table(trials, KPIS), comparisons_table(trials, KPIS)
+    assert summary.loc[summary["scenario"] == "all", "clearance_min_m_n"].tolist() == [2, 2]
+    assert comparisons.loc[comparisons["kpi"] == "clearance_min_m", "pairs"].tolist() == [1, 1, 2]

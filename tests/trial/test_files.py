@@ -1,10 +1,8 @@
 """Trial files: exact, whole or absent, and readable by others."""
 
 import json
-import stat
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -14,7 +12,7 @@ from numpy.testing import assert_array_equal
 
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.trajectory import Trajectory
-from pytest_lpb.trial.files import METADATA_KEY, read_trial, trial_path, write_once, write_trial
+from pytest_lpb.trial.files import METADATA_KEY, read_trial, trial_path, write_trial
 from pytest_lpb.trial.trial import failed_trial
 from tests.problem.entries import CART, circle, position_goal
 
@@ -154,24 +152,6 @@ def test_nothing_is_left_over(tmp_path: Path) -> None:
     path = write_trial(tmp_path, run("Constant"))
     write_trial(tmp_path, run("Constant"))
     assert [item.name for item in path.parent.iterdir()] == ["seed0.parquet"]
-
-
-def test_others_may_read_it(tmp_path: Path) -> None:
-    path = write_once(tmp_path / "a" / "b.txt", b"content")
-    assert path.read_bytes() == b"content"
-    assert stat.S_IMODE(path.stat().st_mode) == 0o644
-
-
-def test_without_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: Any) -> None:
-        raise OSError("operation not supported")
-
-    monkeypatch.setattr("pytest_lpb.trial.files.os.link", refused)
-    path = tmp_path / "x.bin"
-    write_once(path, b"first")
-    write_once(path, b"second")
-    assert path.read_bytes() == b"first"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:

@@ -4,10 +4,12 @@ from dataclasses import replace
 from math import pi
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pytest_lpb.errors import KpiError
 from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.message import outcome_message
 from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS
 from pytest_lpb.trial.trial import run_trial
 from tests.problem.entries import ARM, POINT, circle, position_goal
@@ -127,3 +129,12 @@ def test_timing_criteria_count_only_when_timing_can_be_trusted(
 def test_more_workers_than_cores_contend() -> None:
     made = specification("Constant", robot=MOVER)
     assert run_trial(replace(made, workers=100_000)).timing_contended
+
+
+def test_distances_of_a_robot_that_diverged_are_short() -> None:
+    goal = [position_goal([5.0, 0.0])]
+    made = run("Still", goal=goal, obstacles=[circle(0.0, 1.0, 0.3)])
+    far = {"goal_reach_error": np.full(len(made), 1.25e300), "clearance_m": np.full(len(made), 3e200)}
+    text = outcome_message(Trajectory({**made.columns, **far}, made.metadata, made.problem), None, "")
+    assert "1.25e+300 m from the goal (tolerance 0.10 m)" in text
+    assert "at 3e+200 m" in text

@@ -1,0 +1,70 @@
+"""What `lpb-report` does: evaluates a run again, prints and writes what was asked for."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_lpb.kpis.registry import load_builtin
+from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
+from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
+from pytest_lpb.run.evaluation import Selection, evaluate
+from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
+
+SELECTED = "selected"  # folder for the tables of some of a run's trials
+
+
+def report_again(options: argparse.Namespace) -> list[str]:
+    """Evaluate a run as the options of `lpb-report` say; returns warnings. Raises LpbError and OSError."""
+    run = RunFolder.open(_run_path(options.run))
+    warnings = _load_kpis(run, options.plugin)
+    kpis = options.kpis if options.kpis is not None else run.info().get("kpis")
+    evaluation = evaluate(run, kpis)
+    if options.trial:
+        shown = evaluation.selected(Selection(node_id=options.trial))
+        print("\n".join(trial_lines(shown)))
+        folder = options.output or run.path / SELECTED
+        return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)]
+    planners = options.planners or options.compare
+    selection = Selection(planners=planners, scenarios=options.scenarios)
+    whole = planners is None and options.scenarios is None
+    folder = options.output or (run.path if whole and options.kpis is None else run.path / SELECTED)
+    shown = evaluation if whole else evaluation.selected(selection)
+    data = write_results(shown, folder, options.compare and tuple(options.compare))
+    _print(data, compare=options.compare is not None)
+    failures = _plot(data, options, folder)
+    print(f"report: {folder / REPORT_FILE}")
+    return [*warnings, *shown.warnings, *failures]
+
+
+def _run_path(path: Path) -> Path:
+    """A run folder's path; `latest` alone means reports/latest."""
+    return Path("reports") / path if str(path) == "latest" and not path.exists() else path
+
+
+def _load_kpis(run: RunFolder, plugins: Sequence[str]) -> list[str]:
+    load_builtin()
+    load_kpi_entry_points()
+    for plugin in plugins:
+        load_plugin(plugin)
+    return load_user_modules(run.info().get("plugins", []), run.path)
+
+
+def _print(data: ReportData, *, compare: bool) -> None:
+    print("\n".join(planner_table(data)))
+    if compare:
+        print("\n".join(["", *comparison_table(data)]))
+
+
+def _plot(data: ReportData, options: argparse.Namespace, folder: Path) -> list[str]:
+    """Write the plots asked for; what could not be drawn."""
+    if options.plot is None:
+        return []
+    from pytest_lpb.report.plots import write_plots
+
+    written = write_plots(folder / "plots", options.plot or None, data)
+    print(f"plots: {len(written.paths)} files below {folder / 'plots'}")
+    return list(written.failures)

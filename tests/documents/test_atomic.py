@@ -1,0 +1,78 @@
+"""Files appear whole or not at all."""
+
+import os
+import stat
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_lpb.documents.atomic import replace_file, write_once
+from pytest_lpb.errors import RecordingError
+
+WRITERS = pytest.mark.parametrize("write", [write_once, replace_file])
+
+
+@WRITERS
+@pytest.mark.skipif(sys.platform == "win32", reason="file modes")
+@pytest.mark.parametrize("umask", [0o022, 0o077, 0o002])
+def test_a_file_is_as_readable_as_the_umask_says(tmp_path: Path, write: Any, umask: int) -> None:
+    before = os.umask(umask)
+    try:
+        path = write(tmp_path / "a" / "b.txt", b"content")
+    finally:
+        os.umask(before)
+    assert path.read_bytes() == b"content"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~umask
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_the_first_writer_wins_or_the_last(tmp_path: Path) -> None:
+    for write in (write_once, replace_file):
+        for content in (b"first", b"last"):
+            write(tmp_path / write.__name__, content)
+    assert (tmp_path / "write_once").read_bytes() == b"first"
+    assert (tmp_path / "replace_file").read_bytes() == b"last"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_without_hard_links(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any) -> None:
+        raise OSError("operation not supported")
+
+    monkeypatch.setattr("pytest_lpb.documents.atomic.os.link", refused)
+    path = tmp_path / "x.bin"
+    write_once(path, b"first")
+    write_once(path, b"second")
+    assert path.read_bytes() == b"first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_unfinished_file_is_hidden_and_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[str] = []
+
+    def stopped(self: Path, target: Path) -> None:
+        seen.append(self.name)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        replace_file(tmp_path / "x.csv", b"content")
+    assert seen[0].startswith(".x.csv-")
+    assert seen[0].endswith(".part")
+    assert not list(tmp_path.iterdir())
+
+
+@WRITERS
+def test_what_cannot_be_written_is_named_with_the_reason(tmp_path: Path, write: Any) -> None:
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    with pytest.raises(RecordingError, match=r"cannot write .*x\.csv: (File exists|Not a directory)"):
+        write(tmp_path / "file" / "x.csv", b"")
+
+
+def test_a_folder_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "x.csv").mkdir()
+    with pytest.raises(RecordingError, match=r"cannot write .*x\.csv: "):
+        replace_file(tmp_path / "x.csv", b"")
+    assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
