@@ -1,6 +1,19 @@
 """Settings and fixtures for all tests."""
 
+# pytester's runs in this process forget the modules that they were the first to import. Imported here, these stay:
+# matplotlib loaded a second time does not fit objects of the first.
+import gymnasium
+import matplotlib.backends.backend_agg
+import matplotlib.backends.backend_pdf
+import matplotlib.backends.backend_svg
+import matplotlib.figure
+import pandas as pd
+import pyarrow.parquet
+import scipy.signal
+import scipy.stats
 from hypothesis import HealthCheck, settings
+
+KEPT = (gymnasium, matplotlib, pd, pyarrow, scipy)
 
 pytest_plugins = ["pytester", "tests.plugin.fixtures"]
 

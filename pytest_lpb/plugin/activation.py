@@ -57,8 +57,10 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
         value = config.getoption(f"lpb_{name}")
         if value is not None and not least <= value <= most:
             raise LpbError(f"--lpb-{name}: found {value}; allowed are {least} to {most}")
-    if str(config.rootpath) not in sys.path:
-        sys.path.insert(0, str(config.rootpath))
+    for folder in (config.invocation_params.dir, config.rootpath):
+        # Planners' modules are looked up here; scenarios elsewhere move the rootdir, not the planner repository.
+        if str(folder) not in sys.path:
+            sys.path.insert(0, str(folder))
     modules = _load_plugins(config)
     if config.getoption("lpb_render"):
         from pytest_lpb.environment.picture import check_display

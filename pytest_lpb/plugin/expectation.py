@@ -13,12 +13,12 @@ from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.scenario.load import Scenario
 from pytest_lpb.scenario.messages import faults_of
 from pytest_lpb.scenario.schema.success import ExpectedFailure, XFail
-from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH
+from pytest_lpb.trial.outcome import OUTCOMES, SOFTWARE_FAULTS, WORKER_CRASH
 
 _ENTRY: TypeAdapter[ExpectedFailure] = TypeAdapter(XFail)
 
 # Without `outcomes`, any failure to plan is expected; a fault of the software never is.
-DEFAULT_OUTCOMES = tuple(name for name in OUTCOMES if name not in (*SOFTWARE_FAULTS, SUCCESS, WORKER_CRASH))
+DEFAULT_OUTCOMES = tuple(name for name in OUTCOMES if name not in (*SOFTWARE_FAULTS, WORKER_CRASH))
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Expectation:
         return self.seeds is None or seed in self.seeds
 
     def covers(self, outcome: str) -> bool:
-        """Whether a failed trial's outcome is the expected one; a success that misses its criteria counts as any."""
-        return outcome == SUCCESS or outcome in (self.outcomes or DEFAULT_OUTCOMES)
+        """Whether a failed trial's outcome is the expected one; `success` is one that misses further criteria."""
+        return outcome in (self.outcomes or DEFAULT_OUTCOMES)
 
 
 def known_failure(scenario: Scenario, configuration: PlannerConfiguration, key: str) -> Expectation | None:

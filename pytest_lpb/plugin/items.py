@@ -104,7 +104,7 @@ class TrialItem(pytest.Item):
         text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
         if trajectory.metadata["details"]:
             text += f"\n\n{trajectory.metadata['details'].rstrip()}"
-        raise (ExpectedTrialFailure if expected else TrialFailure)(f"{trajectory.outcome}: {text}")
+        raise (ExpectedTrialFailure if expected else TrialFailure)(f"{verdict(trajectory)}: {text}")
 
     def _refuse_to_crash_again(self) -> None:
         """Do not run a trial that took a worker down: --dist loadscope and its kin would give it to every next one."""
@@ -158,4 +158,9 @@ class TrialItem(pytest.Item):
 
     def reportinfo(self) -> tuple[Any, int, str]:
         """Place and title of the trial in reports."""
-        return self.path, 0, f"{self.collector.name}::{self.name}"
+        return self.path, 0, f"{self.collector.key} :: {self.collector.name} :: {self.name}"
+
+
+def verdict(trajectory: Trajectory) -> str:
+    """The outcome in one word: `criteria_failed` for a success that misses further criteria."""
+    return "criteria_failed" if trajectory.metadata["failed_criteria"] else trajectory.outcome
