@@ -37,6 +37,8 @@ class ControllerPlugin:
         self._faults: list[str] = []
         self._progress: Progress | None = None
         self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
+        self._known: set[tuple[str, str, int]] = set()  # failed as expected
+        self._total = 0
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> None:
@@ -73,6 +75,7 @@ class ControllerPlugin:
             self._folder = RunFolder.create(session.run, information)
         except LpbError as error:
             raise pytest.UsageError(str(error)) from error
+        self._total = len(node_ids)
         reporter = self._config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None:
             self._progress = Progress(reporter)
@@ -84,6 +87,8 @@ class ControllerPlugin:
         if result is None or self._progress is None:
             return
         key = (result["scenario"], result["planner"], result["seed"])
+        if hasattr(report, "wasxfail"):
+            self._known.add(key)
         if key not in self._finished:
             self._finished.add(key)
             self._progress.count(success=result["success"])
@@ -139,13 +144,26 @@ class ControllerPlugin:
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
-    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter, exitstatus: int) -> None:
         """Print the table of planners, what failed, and where the report is."""
         if self._folder is None:
+            if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+                globs = ", ".join(self._config.getini("lpb_scenarios"))
+                terminalreporter.write_line(
+                    f"lpb: no scenario was found: name the files, or have them match ini `lpb_scenarios` ({globs})"
+                )
             return
         from pytest_lpb.plugin.summary import write_summary
 
-        write_summary(terminalreporter, self._data, self._rates, self._faults, self._shown_folder())
+        write_summary(
+            terminalreporter,
+            self._data,
+            self._rates,
+            self._faults,
+            self._shown_folder(),
+            self._known,
+            self._total,
+        )
 
     def _shown_folder(self) -> Path:
         path, here = self._session.run, self._session.invocation

@@ -16,7 +16,7 @@ HEADS = (
     "problems",
     "success",
     "95 % interval",
-    "time to goal [s]",
+    "time to goal if solved [s]",
     "solver median [ms]",
     "p95 [ms]",
 )
@@ -26,9 +26,11 @@ COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p9
 def planner_table(data: ReportData) -> Iterator[str]:
     """One line per planner: trials, success rate with interval, median time to goal, solver time; then what to know."""
     overall = data.summary[data.summary["scenario"] == "all"]
-    rows = [HEADS, *(_cells(row) for _, row in overall.iterrows())]
+    contended = bool(len(data.trials)) and bool(data.trials["timing_contended"].astype(bool).any())
+    heads = [f"{head}{'*' if contended and '[ms]' in head else ''}" for head in HEADS]
+    rows = [heads, *(_cells(row) for _, row in overall.iterrows())]
     yield from aligned(rows)
-    if len(data.trials) and data.trials["timing_contended"].astype(bool).any():
+    if contended:
         yield "* timing was contended (other work ran on the same cores): no basis for comparisons"
     repeated = overall[overall["problems"] < overall["trials"]]
     if len(repeated):

@@ -78,7 +78,7 @@ class RunFolder:
 
     def trial_files(self) -> Iterator[Path]:
         """All trial files, in the order of their paths."""
-        yield from sorted((self.path / "trials").rglob("seed*.parquet"))
+        yield from sorted(path for path in (self.path / "trials").rglob("seed*.parquet") if path.is_file())
 
 
 def _point_latest(run: Path) -> None:

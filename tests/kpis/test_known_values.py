@@ -63,7 +63,7 @@ def follower() -> Trajectory:
     """A goal at (t, 0) and a point at (t, 1 − t/2): within 0.501 m from t = 1 s to the end at 2 s."""
     goal = {**REACH, "target": None, "trajectory": ["t", "0"], "tolerance": 0.501}
     t = np.arange(201) * 0.01
-    problem = make_problem(dt=0.01, goal=[goal], hold_time="end")
+    problem = make_problem(dt=0.01, goal=[goal], hold_time="end", duration=2.0)
     return make_trial(problem, np.column_stack([t, 1.0 - 0.5 * t]))
 
 

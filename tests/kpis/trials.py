@@ -47,6 +47,7 @@ def make_problem(
     robot: dict[str, Any] | None = None,
     *,
     dt: float = 0.1,
+    duration: float = 10.0,
     goal: Sequence[dict[str, Any]] = (REACH,),
     obstacles: Sequence[dict[str, Any]] = (),
     hold_time: float | str = 0.1,
@@ -62,7 +63,7 @@ def make_problem(
             "environment": {
                 "engine": "planar",
                 "dt": dt,
-                "duration": 10.0,
+                "duration": duration,
                 "end_at": ["goal", "violation"],
                 "safety_margin": safety_margin,
                 "dynamics": False,
