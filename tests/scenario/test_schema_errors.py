@@ -3,12 +3,14 @@
 # ruff: noqa: E501 - tables of one case a line
 
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.scenario.load import load_scenario
+from pytest_lpb.scenario.schema.success import Outcome
+from pytest_lpb.trial.outcome import OUTCOMES
 
 # One part per line: faults of a part are found in its line.
 PARTS = {
@@ -353,3 +355,7 @@ def test_no_value_of_a_part_breaks_loading(part: str, value: str) -> None:
     parts: dict[str, Any] = {**PARTS, part: value}
     Path("x.yaml").write_text("".join(f"{name}: {text}\n" for name, text in parts.items()))
     assert all(fault.startswith("x.yaml:") for fault in faults_if_any(Path("x.yaml")))
+
+
+def test_outcomes_of_known_failures_are_those_of_trials() -> None:
+    assert get_args(Outcome) == OUTCOMES
