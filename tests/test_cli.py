@@ -8,11 +8,14 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import pyarrow
+import pyarrow.parquet
 import pytest
 
 from pytest_lpb.cli import main
 from pytest_lpb.kpis.registry import default_registry as kpis
 from pytest_lpb.report.plots import default_registry as plots
+from pytest_lpb.trial.files import METADATA_KEY
 
 from .plugin.projects import DRAWN, UNSOLVED, Project, read_table
 
@@ -246,12 +249,23 @@ def _text(content: bytes) -> bytes:
     return b"no Parquet at all\n"
 
 
+def _with_metadata(content: bytes, old: bytes, new: bytes) -> bytes:
+    table = pyarrow.parquet.read_table(pyarrow.BufferReader(content))
+    metadata = dict(table.schema.metadata)
+    assert old in metadata[METADATA_KEY]
+    metadata[METADATA_KEY] = metadata[METADATA_KEY].replace(old, new)
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(table.replace_schema_metadata(metadata), sink)
+    changed: bytes = sink.getvalue().to_pybytes()
+    return changed
+
+
 def _broken_metadata(content: bytes) -> bytes:
-    return content.replace(b'"attempt":1', b'"attempt":}')
+    return _with_metadata(content, b'"attempt":1', b'"attempt":}')
 
 
 def _other_metadata(content: bytes) -> bytes:
-    return content.replace(b'"planner":"pd"', b'"plonker":"pd"')
+    return _with_metadata(content, b'"planner":"pd"', b'"plonker":"pd"')
 
 
 @pytest.mark.parametrize("damage", [_cut, _empty, _garbled, _text, _broken_metadata, _other_metadata])
@@ -259,8 +273,6 @@ def test_a_damaged_trial_file(run: Path, damage: object, capsys: pytest.CaptureF
     assert callable(damage)
     file = run / "trials/drawn/pd/seed1.parquet"
     damaged = damage(file.read_bytes())
-    if damaged == file.read_bytes():
-        pytest.skip("the metadata is stored in another form")
     file.write_bytes(damaged)
     before = node_ids(run)
     raw = raw_data(run)
