@@ -5,10 +5,12 @@ A concrete problem is written in every trial, so this is no place for a general 
 
 import json
 import re
+from math import isfinite
 from typing import Any
 
 # Words that YAML 1.1 or 1.2 would not take for text.
 _NOT_TEXT = frozenset(("null", "true", "false", "yes", "no", "on", "off", "y", "n"))
+_WORDS = {None: "null", True: "true", False: "false"}
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -34,10 +36,15 @@ def _flow(value: Any) -> str:
         return "{" + ", ".join(f"{_text(key)}: {_flow(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_flow, value)) + "]"
-    number = json.dumps(value, allow_nan=False)
-    if "e" in number and isinstance(value, float) and "." not in number:
-        # YAML 1.1 takes 1e+16 for text, 1.0e+16 for the number.
-        return number.replace("e", ".0e")
+    if value is None or isinstance(value, bool):
+        return _WORDS[value]
+    number = repr(value)
+    if isinstance(value, float):
+        if not isfinite(value):
+            raise ValueError(f"{number} cannot be written as YAML that JSON readers read too")
+        if "e" in number and "." not in number:
+            # YAML 1.1 takes 1e+16 for text, 1.0e+16 for the number.
+            return number.replace("e", ".0e")
     return number
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,9 +71,17 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
             fewest, self._capacity = obstacle_counts(self.scenario)
             self._padded = fewest < self._capacity
         self._load(first)
-        self.action_space: Any = action_space(first)  # a Box; gymnasium declares a wider type
-        self.observation_space = observation_space(self._observation.views)
         self._restart()
+
+    @cached_property
+    def action_space(self) -> Any:  # type: ignore[override] # gymnasium declares attributes
+        """Box of the robot's limits. Spaces are made when asked for: trials never do."""
+        return action_space(self.problem)
+
+    @cached_property
+    def observation_space(self) -> Any:  # type: ignore[override] # as above
+        """Dict of one Box per key of the observation."""
+        return observation_space(self._observation.views)
 
     def _draw(self, seed: int | None) -> Problem:
         from pytest_lpb.scenario.draw import draw_problem

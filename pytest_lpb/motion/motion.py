@@ -69,7 +69,9 @@ class FixedMotion(Motion):
     def evaluate(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The fixed position and zeros, see `Motion.evaluate`."""
         shape = (len(t), self.size)
-        return np.tile(self.position, (len(t), 1)), np.zeros(shape), np.zeros(shape)
+        position = np.empty(shape)
+        position[:] = self.position
+        return position, np.zeros(shape), np.zeros(shape)
 
 
 class ExpressionMotion(Motion):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.planner.registry import register
+from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import Robot, robot_from
@@ -110,7 +110,7 @@ class PlannerProblem:
         robot = problem.robot.to_dict()
         # A copy: whatever a planner does to it, the problem stays as it is.
         entry = {**settings, "period": period, "robot": robot, "goal": goal, "obstacles": obstacles}
-        return cls(copy.deepcopy(entry))
+        return cls(copied(entry))
 
     @property
     def structure(self) -> Structure:

@@ -174,7 +174,8 @@ class Robot(ABC):
 
 def limit_array(entries: Sequence[Sequence[float] | None] | None, count: int) -> FloatArray:
     """Limits of a scenario as (count, 2); None, for one entry or for all, means unlimited."""
-    limits = np.tile([-np.inf, np.inf], (count, 1))
+    limits = np.empty((count, 2))
+    limits[:] = (-np.inf, np.inf)
     for index, entry in enumerate(entries or ()):
         if entry is not None:
             limits[index] = entry

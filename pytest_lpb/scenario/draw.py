@@ -6,7 +6,6 @@ part, and an item takes the first round that suits it.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.goal import SubGoal, goal_from
+from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
@@ -93,7 +93,7 @@ class _Draw:
     def __init__(self, scenario: Scenario, seed: int, parts: tuple[str, ...]) -> None:
         self._scenario = scenario
         self._seed = seed
-        self.entry: dict[str, Any] = copy.deepcopy(scenario.concrete)
+        self.entry: dict[str, Any] = copied(scenario.concrete)
         self.entry["seed"] = seed
         self.entry["trials"] = 1
         robot = robot_from(self.entry["robot"])
