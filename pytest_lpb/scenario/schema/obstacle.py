@@ -102,10 +102,6 @@ class Mesh(Placed):
     concave: bool = False
 
 
-SHAPES_2D = ("circle", "rectangle")
-SHAPES_3D = ("sphere", "box", "cylinder", "capsule", "mesh")
-
-
 def shape_tag(value: Any) -> str | None:
     """The union tag of an obstacle: its shape in parentheses."""
     shape = value.get("shape") if isinstance(value, dict) else getattr(value, "shape", None)

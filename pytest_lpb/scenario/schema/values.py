@@ -65,13 +65,11 @@ Length = Annotated[float, Field(allow_inf_nan=False, gt=0, le=MAX_LENGTH)]
 Distance = Annotated[float, Field(allow_inf_nan=False, ge=0, le=MAX_LENGTH)]
 Duration = Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e6)]
 Weight = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1e6)]
-Time = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 
 Name = Annotated[str, StringConstraints(max_length=MAX_NAME_LENGTH, pattern=f"^{NAME_PATTERN.pattern}$")]
 Text = Annotated[str, StringConstraints(max_length=MAX_TEXT)]
 Distinct = AfterValidator(_distinct)
 
-Vector2 = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Vector3 = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
 Vector = Annotated[list[Coordinate], Field(min_length=1, max_length=300)]
 Range = Annotated[list[Coordinate], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
