@@ -21,6 +21,10 @@ class ScenarioError(LpbError):
         self.faults = faults
 
 
+class MissingRobotsError(ScenarioError):
+    """A scenario's robot comes with an optional package that is not installed."""
+
+
 class ConfigurationError(LpbError):
     """A planner configuration, an option or a name given by the user is wrong."""
 

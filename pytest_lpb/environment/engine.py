@@ -5,17 +5,20 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, Protocol
 
+from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
 
-Clearance = tuple[float, str, str]  # signed distance [m] (NaN: nothing to measure), body, obstacle or other body
-
 # Engine name -> "module:Class".
-ENGINES: dict[str, str] = {"planar": "pytest_lpb.environment.planar:PlanarEngine"}
+ENGINES: dict[str, str] = {
+    "planar": "pytest_lpb.environment.planar:PlanarEngine",
+    "pybullet": "pytest_lpb.environment.bullet:BulletEngine",
+}
 
 
 class Engine(Protocol):
     """Simulates one robot among obstacles; the environment does goals, limits and bookkeeping."""
 
+    contact_slack_m: float  # depth from which bodies collide
     q: list[float]  # joint positions [rad or m]
     u: list[float]  # actuated velocities
     qd: list[float]  # joint velocities
@@ -29,8 +32,8 @@ class Engine(Protocol):
     def advance(self, action: list[float]) -> None:
         """Move by one step under a constant action that is within the limits."""
 
-    def place_obstacles(self, positions: list[list[float]], angles: list[float]) -> None:
-        """Move all obstacles, in the problem's order; positions [m], angles [rad]."""
+    def place_obstacles(self, positions: list[list[float]], orientations: list[Any]) -> None:
+        """Move all obstacles, in the problem's order; positions [m], angles [rad] or quaternions wxyz."""
 
     def clearance(self) -> tuple[Clearance, Clearance]:
         """Signed distance to the nearest obstacle, and between the robot's own bodies."""

@@ -16,14 +16,20 @@ class ActionLimits:
     Under acceleration control the action is clipped to the acceleration limits, then reduced so that the velocity
     stays within its limits at the end of the step, as far as the acceleration limits allow. Under velocity control the
     action is clipped to the velocity limits, then its change to what the acceleration limits allow within a step.
+    Torques are clipped to the effort limits.
     """
 
     def __init__(self, robot: Robot, dt: float) -> None:
         self._dt = dt
         self._velocity = [tuple(row) for row in robot.limits.velocity.tolist()]
         self._acceleration = [tuple(row) for row in robot.limits.acceleration.tolist()]
-        self._unlimited = not any(isfinite(x) for row in (*self._velocity, *self._acceleration) for x in row)
-        self._apply = self._by_velocity if robot.control == "velocity" else self._by_acceleration
+        self._effort = [tuple(row) for row in robot.limits.effort.tolist()]
+        self._apply, counting = {
+            "velocity": (self._by_velocity, (*self._velocity, *self._acceleration)),
+            "acceleration": (self._by_acceleration, (*self._velocity, *self._acceleration)),
+            "torque": (self._by_torque, self._effort),
+        }[robot.control]
+        self._unlimited = not any(isfinite(x) for row in counting for x in row)
 
     def apply(self, action: list[float], u: list[float]) -> list[float]:
         """The action that the robot carries out at actuated velocity u, (n_actions,)."""
@@ -55,6 +61,9 @@ class ActionLimits:
             wanted = min(max(wanted, slowest), fastest)
             applied.append(min(max(wanted, v + lowest * dt), v + highest * dt))
         return applied
+
+    def _by_torque(self, action: list[float], u: list[float]) -> list[float]:  # noqa: ARG002 - speed limits no torque
+        return [min(max(wanted, lowest), highest) for wanted, (lowest, highest) in zip(action, self._effort, strict=True)]
 
 
 class PositionLimits:

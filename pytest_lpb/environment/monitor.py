@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import nan
 
-from pytest_lpb.environment.engine import Clearance, Engine
+from pytest_lpb.environment.engine import Engine
 from pytest_lpb.environment.limits import PositionLimits
-from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M
+from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
 
 STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
@@ -59,7 +59,7 @@ class Monitor:
         self._check_goal(row)
         self.clearance, self.self_clearance = engine.clearance()
         if self.violation is None:
-            self._check_violation(row, q)
+            self._check_violation(row, q, -engine.contact_slack_m)
         for speed in engine.u:
             if not -STALL_SPEED < speed < STALL_SPEED:
                 self._moved_at = row
@@ -75,10 +75,10 @@ class Monitor:
         if self.goal_row is None and self._hold_rows is not None and row - self._entered >= self._hold_rows:
             self.goal_row = self._entered
 
-    def _check_violation(self, row: int, q: list[float]) -> None:
-        if self.clearance[0] < -CONTACT_SLACK_M:
+    def _check_violation(self, row: int, q: list[float], deepest: float) -> None:
+        if self.clearance[0] < deepest:
             self.violation = Violation("collision", row, self.clearance)
-        elif self.self_clearance[0] < -CONTACT_SLACK_M:
+        elif self.self_clearance[0] < deepest:
             self.violation = Violation("self_collision", row, self.self_clearance)
         else:
             joint = self._position_limits.violated(q)

@@ -11,6 +11,8 @@ from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 
+ORIENTATION_SIZES = {2: 1, 3: 4}  # numbers per obstacle, by dimension: an angle [rad], a quaternion wxyz
+
 
 class Predictor:
     """Fills one preview array by the environment's `prediction`."""
@@ -82,13 +84,15 @@ class Observation:
     def _add_obstacles(self, capacity: int) -> None:
         problem = self._problem
         self.obstacles = Timeline([o.motion for o in problem.obstacles], problem.dimension, problem.dt)
-        self.turning = Timeline([o.turning for o in problem.obstacles], 1, problem.dt)
+        size = ORIENTATION_SIZES[problem.dimension]
+        self.turning = Timeline([o.turning for o in problem.obstacles], size, problem.dt)
         shape = (capacity, problem.dimension)
         arrays = [self._buffer(f"obstacle_{name}", shape) for name in ("position", "velocity", "acceleration")]
-        orientation = self._buffer("obstacle_orientation", (capacity,))
+        orientation = self._buffer("obstacle_orientation", (capacity,) if size == 1 else (capacity, size))
         count = len(problem.obstacles)
         self._obstacle_buffers = [array[:count] for array in arrays]
         self._orientation = orientation[:count]
+        self._turns = self._orientation.reshape(count, size)  # the same numbers, a row per obstacle
 
     def _add_previews(self, preview: Preview) -> None:
         problem = self._problem
@@ -126,15 +130,15 @@ class Observation:
             for buffer, values in zip(self._obstacle_buffers, self.obstacles.at(row), strict=True):
                 buffer[:] = values
         if self.turning.moving or every:
-            self._orientation[:] = self.turning.at(row)[0][:, 0]
+            self._turns[:] = self.turning.at(row)[0]
 
     @property
     def obstacles_move(self) -> bool:
         """Whether any obstacle moves or turns."""
         return self.obstacles.moving or self.turning.moving
 
-    def obstacle_poses(self) -> tuple[list[list[float]], list[float]]:
-        """Positions and angles of the problem's obstacles now, for the engine."""
+    def obstacle_poses(self) -> tuple[list[list[float]], list[Any]]:
+        """Positions and orientations (angles, or quaternions wxyz) of the problem's obstacles now, for the engine."""
         return self._obstacle_buffers[0].tolist(), self._orientation.tolist()
 
     def copy(self) -> dict[str, Any]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import inf
 
-from pytest_lpb.environment.engine import Clearance
 from pytest_lpb.errors import DivergedError
-from pytest_lpb.problem.planar.collision import PlanarCollision
+from pytest_lpb.problem.collision import Clearance
+from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M, PlanarCollision
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
 from pytest_lpb.problem.problem import Problem
 
@@ -15,6 +15,8 @@ BEYOND_MEASURE = 1e12  # [m or rad] beyond this a position is a sign of divergen
 
 class PlanarEngine:
     """Kinematic simulation in the plane: the low-level controller is perfect, as the paper assumes."""
+
+    contact_slack_m = CONTACT_SLACK_M
 
     q: list[float]
     u: list[float]
@@ -51,9 +53,9 @@ class PlanarEngine:
         self.frames = self._robot.frames(self.q)
         self.qd = self._robot.joint_velocity(self.q, self.u)
 
-    def place_obstacles(self, positions: list[list[float]], angles: list[float]) -> None:
+    def place_obstacles(self, positions: list[list[float]], orientations: list[float]) -> None:
         """Move all obstacles: positions (n, 2) [m], angles (n,) [rad]."""
-        for shape, (x, y), angle in zip(self._collision.shapes, positions, angles, strict=True):
+        for shape, (x, y), angle in zip(self._collision.shapes, positions, orientations, strict=True):
             shape.place(x, y, angle)
 
     def clearance(self) -> tuple[Clearance, Clearance]:

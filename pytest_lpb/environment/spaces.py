@@ -12,9 +12,13 @@ from pytest_lpb.problem.robot import FloatArray
 
 
 def action_space(problem: Problem) -> spaces.Box:
-    """Box of the actions within the robot's limits: velocity or acceleration, as it is controlled."""
+    """Box of the actions within the robot's limits: velocity, acceleration or effort, as it is controlled."""
     robot = problem.robot
-    limits = {"velocity": robot.limits.velocity, "acceleration": robot.limits.acceleration}[robot.control]
+    limits = {
+        "velocity": robot.limits.velocity,
+        "acceleration": robot.limits.acceleration,
+        "torque": robot.limits.effort,
+    }[robot.control]
     return spaces.Box(limits[:, 0], limits[:, 1], dtype=np.float64)
 
 

@@ -124,11 +124,6 @@ def motion_from(entry: Mapping[str, Any], key: str) -> Motion:
     return FixedMotion(entry[key])
 
 
-def angle_motion(orientation: float | str) -> Motion:
-    """The motion (m = 1) of a planar orientation: an angle [rad], or an expression in t."""
-    return ExpressionMotion([orientation]) if isinstance(orientation, str) else FixedMotion([orientation])
-
-
 def sampled_times(dt: float, steps: int) -> FloatArray:
     """Times k dt of the rows k = 0..steps, the last included, thinned to `MAX_CHECKED_TIMES` of them, [s]."""
     rows: FloatArray = np.linspace(0, steps, min(steps + 1, MAX_CHECKED_TIMES)).round()

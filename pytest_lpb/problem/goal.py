@@ -14,8 +14,12 @@ from pytest_lpb.problem.robot import FloatArray, Robot
 GOAL_TYPES: dict[tuple[int, str], str] = {
     (2, "position"): "pytest_lpb.problem.planar.goals:PositionGoal",
     (2, "orientation"): "pytest_lpb.problem.planar.goals:OrientationGoal",
-    (2, "joint"): "pytest_lpb.problem.planar.goals:JointGoal",
+    (2, "joint"): "pytest_lpb.problem.joint_goal:JointGoal",
     (2, "alignment"): "pytest_lpb.problem.planar.goals:AlignmentGoal",
+    (3, "position"): "pytest_lpb.problem.spatial.goals:PositionGoal",
+    (3, "orientation"): "pytest_lpb.problem.spatial.goals:OrientationGoal",
+    (3, "joint"): "pytest_lpb.problem.joint_goal:JointGoal",
+    (3, "alignment"): "pytest_lpb.problem.spatial.goals:AlignmentGoal",
 }
 
 
@@ -58,6 +62,10 @@ class SubGoal(ABC):
     @abstractmethod
     def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
         """Distance of a value to a target, in the sub-goal's unit [m or rad]."""
+
+    def residual(self, value: Sequence[float], target: Sequence[float]) -> list[float]:
+        """What the value is away from the target, as numbers that a small motion changes smoothly [m or rad]."""
+        return [have - want for have, want in zip(value, target, strict=True)]
 
 
 def goal_from(entries: Sequence[Mapping[str, Any]], robot: Robot) -> tuple[SubGoal, ...]:

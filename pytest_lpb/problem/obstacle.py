@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pytest_lpb.motion import Motion, angle_motion, motion_from
+from pytest_lpb.motion import Motion, angle_motion, motion_from, turning_motion
 from pytest_lpb.problem.robot import FloatArray
+
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # quaternion wxyz
 
 
 class Obstacle:
@@ -24,19 +25,31 @@ class Obstacle:
         self.shape: str = entry["shape"]
         self.radius: float | None = entry.get("radius")  # [m]
         self.size: tuple[float, ...] | None = tuple(entry["size"]) if "size" in entry else None  # [m] full lengths
+        self.length: float | None = entry.get("length")  # [m] along z; of a capsule between its cap centres
+        self.file: str | None = entry.get("file")  # of a mesh
+        self.scale: float = entry.get("scale", 1.0)  # of a mesh
+        self.concave: bool = entry.get("concave", False)  # of a mesh
         self.motion: Motion = motion_from(entry, key="position")
-        self.turning: Motion = angle_motion(entry.get("orientation", 0.0))
+        turn = entry.get("orientation")
+        if self.motion.size == 3:
+            self.turning = turning_motion(UPRIGHT if turn is None else turn)
+        else:
+            self.turning = angle_motion(0.0 if turn is None else turn)
 
     @property
     def moving(self) -> bool:
         """Whether its position or orientation depends on time."""
         return self.motion.moving or self.turning.moving
 
-    @property
-    def orientation(self) -> float:
-        """Its angle at t = 0 [rad]."""
-        return float(self.turning.evaluate(np.zeros(1))[0][0, 0])
-
     def poses(self, t: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Positions (N, 2 or 3) [m] and angles (N,) [rad] at times t (N,) [s]."""
-        return self.motion.evaluate(t)[0], self.turning.evaluate(t)[0][:, 0]
+        """Positions (N, 2 or 3) [m] and orientations at times t (N,) [s]: angles (N,) [rad], or quaternions (N, 4)."""
+        turns = self.turning.evaluate(t)[0]
+        return self.motion.evaluate(t)[0], turns if turns.shape[1] == 4 else turns[:, 0]
+
+    def hashed(self) -> dict[str, Any]:
+        """What identifies the obstacle, wherever a mesh's file lies."""
+        if self.file is None:
+            return self.entry
+        from pytest_lpb.problem.spatial.assets import assets_digest
+
+        return {**{k: v for k, v in self.entry.items() if k != "file"}, "assets": assets_digest(Path(self.file))}

@@ -37,6 +37,9 @@ class Problem:
         self.end_at: frozenset[str] = frozenset(settings["end_at"])
         self.safety_margin: float = settings["safety_margin"]  # [m]
         self.prediction: str = settings["prediction"]
+        self.dynamics: bool = settings["dynamics"]
+        self.substeps: int = settings.get("substeps", 1)  # of the physics per step, with dynamics
+        self.gravity: tuple[float, ...] = tuple(settings["gravity"])  # [m/s^2]
         self.robot: Robot = robot_from(entry["robot"])
         self.control = self.robot.control
         self.dimension: int = self.robot.dimension
@@ -49,7 +52,8 @@ class Problem:
         success = entry["success"]
         self.hold_time: float | str = success["hold_time"]  # [s] or "end"
         self.criteria: dict[str, str] = {name: text for name, text in success.items() if name not in NOT_CRITERIA}
-        self.certified_path_length_m: float | None = None
+        certified = entry.get("certified")
+        self.certified_path_length_m: float | None = None if certified is None else certified["length_m"]
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any], name: str = "") -> Problem:
@@ -63,7 +67,10 @@ class Problem:
     @cached_property
     def problem_hash(self) -> str:
         """SHA-256 of robot, environment, start, goal and obstacles, in hexadecimal."""
-        return hash_of({section: self.entry[section] for section in HASHED_SECTIONS})
+        parts = {section: self.entry[section] for section in HASHED_SECTIONS}
+        parts["robot"] = self.robot.hashed()
+        parts["obstacles"] = [obstacle.hashed() for obstacle in self.obstacles]
+        return hash_of(parts)
 
     @property
     def hold_rows(self) -> int | None:

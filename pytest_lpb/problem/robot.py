@@ -5,26 +5,32 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from math import inf
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pytest_lpb.errors import ScenarioError
-from pytest_lpb.names import listed, suggestion
+from pytest_lpb.names import suggestion
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.collision import CollisionSpace
+    from pytest_lpb.problem.obstacle import Obstacle
 
 FloatArray = NDArray[np.float64]
 
 NON_HOLONOMIC_BASES = ("differential_drive", "bicycle")
 
-# Robot models of this package: model name -> "module:Class". A new robot is one file and one line here.
+# Planar robot models: model name -> "module:Class". A new one is one file and one line here.
 ROBOT_MODELS: dict[str, str] = {
     "point": "pytest_lpb.problem.planar.point:Point",
     "planar_arm": "pytest_lpb.problem.planar.arm:PlanarArm",
     "differential_drive": "pytest_lpb.problem.planar.differential_drive:DifferentialDrive",
 }
+# All others are URDF files, or known by a name that this class knows.
+SPATIAL_ROBOT = "pytest_lpb.problem.spatial.robot:SpatialRobot"
 
 
 @dataclass(frozen=True)
@@ -43,11 +49,14 @@ class Limits:
 
 @dataclass(frozen=True)
 class CollisionBody:
-    """Part of the robot whose distance is measured: capsules fixed to a link."""
+    """Part of the robot whose distance is measured: capsules fixed to a link.
+
+    In the plane they are the body. In space they hold its geometry: exact for spheres and capsules, larger for others.
+    """
 
     name: str
     link: str
-    capsules: tuple[tuple[float, ...], ...]  # planar: (ax, ay, bx, by, radius) in the link's frame [m]
+    capsules: tuple[tuple[float, ...], ...]  # (ax, ay, bx, by, radius), in space (ax, ay, az, bx, by, bz, radius) [m]
 
 
 class Robot(ABC):
@@ -61,11 +70,11 @@ class Robot(ABC):
 
     def __init__(self, entry: Mapping[str, Any]) -> None:
         self.entry = dict(entry)
-        self.model: str = entry["model"]
+        self.model: str | None = entry.get("model")
         self.name: str = entry["name"]
         self.control: str = entry["control"]
         self.base: str = entry["base"]
-        self.body_radius: float = float(entry["body_radius"])  # [m]
+        self.body_radius: float = float(entry.get("body_radius") or 0.0)  # [m]; 0: the robot has none
         self.urdf_path: str | None = None
         self.base_pose = np.eye(self.dimension + 1)
         self.joint_names, self.joint_types = self._joints()
@@ -73,8 +82,16 @@ class Robot(ABC):
         self.dof = len(self.joint_names)
         self.n_actions = self._count_actions()
         self.limits = self._limits()
-        self.collision_bodies = self._collision_bodies()
-        self.self_collision_pairs = self._self_collision_pairs()
+
+    @cached_property
+    def collision_bodies(self) -> tuple[CollisionBody, ...]:
+        """The parts whose distances are measured."""
+        return self._collision_bodies()
+
+    @cached_property
+    def self_collision_pairs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of bodies that must not touch."""
+        return self._self_collision_pairs()
 
     @abstractmethod
     def _joints(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -101,12 +118,35 @@ class Robot(ABC):
         """Velocity of a link's frame per qd, (6, dof), planar (3, dof); linear rows first, world axes."""
 
     @abstractmethod
+    def integrate(
+        self, q: list[float], u: list[float], action: list[float], dt: float
+    ) -> tuple[list[float], list[float]]:
+        """State (q, u) after dt [s] under the constant action: du/dt under acceleration control, else u itself."""
+
+    @abstractmethod
+    def joint_velocity(self, q: Sequence[float], u: list[float]) -> list[float]:
+        """qd at q under the actuated velocity u."""
+
+    @abstractmethod
+    def frames(self, q: Sequence[float]) -> Sequence[tuple[float, ...]]:
+        """Frames of all links at q, in the order of `link_names`, as sub-goals read them."""
+
+    @abstractmethod
+    def collision_space(self, obstacles: Sequence[Obstacle]) -> CollisionSpace:
+        """Where this robot's clearance can be asked for; to be closed."""
+
+    @abstractmethod
     def link_positions(self, q: FloatArray) -> FloatArray:
         """Positions of all link frames along a trajectory q (N, dof): (N, links, 2 or 3) [m]."""
 
     def action_map(self, q: ArrayLike) -> FloatArray:  # noqa: ARG002 - constant for holonomic robots
         """B with qd = B u, (dof, n_actions)."""
         return np.eye(self.dof)
+
+    @property
+    def action_kinds(self) -> tuple[str, ...]:
+        """What each entry of u is the rate of: prismatic [m] or revolute [rad]."""
+        return self.joint_types
 
     @property
     def non_holonomic(self) -> bool:
@@ -135,6 +175,10 @@ class Robot(ABC):
         """The `robot` section this robot was built from."""
         return dict(self.entry)
 
+    def hashed(self) -> dict[str, Any]:
+        """What identifies the robot, wherever its files lie."""
+        return self.entry
+
     def _count_actions(self) -> int:
         return self.dof
 
@@ -144,7 +188,7 @@ class Robot(ABC):
             position=limit_array(given.get("position"), self.dof),
             velocity=limit_array(given.get("velocity"), self.n_actions),
             acceleration=limit_array(given.get("acceleration"), self.n_actions),
-            effort=limit_array(None, self.n_actions),
+            effort=limit_array(given.get("effort"), self.n_actions),
         )
 
     def _collision_bodies(self) -> tuple[CollisionBody, ...]:
@@ -184,11 +228,7 @@ def limit_array(entries: Sequence[Sequence[float] | None] | None, count: int) ->
 
 def robot_from(entry: Mapping[str, Any]) -> Robot:
     """The robot of a concrete problem's `robot` section. Raises ScenarioError for an unknown model."""
-    model = entry["model"]
-    if model not in ROBOT_MODELS:
-        raise ScenarioError(
-            f"robot: model: unknown {model!r}{suggestion(model, ROBOT_MODELS)}; allowed: {listed(ROBOT_MODELS)}"
-        )
-    module, _, name = ROBOT_MODELS[model].partition(":")
+    target = ROBOT_MODELS.get(entry.get("model") or "", SPATIAL_ROBOT)
+    module, _, name = target.partition(":")
     robot: Robot = getattr(import_module(module), name)(entry)
     return robot

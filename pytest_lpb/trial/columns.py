@@ -15,6 +15,7 @@ from pytest_lpb.trial.loop import Log
 
 Columns = dict[str, NDArray[Any]]
 NS_PER_MS = 1e6
+TURNS = {2: ("theta",), 3: ("qw", "qx", "qy", "qz")}  # columns of an obstacle's orientation, by dimension
 
 
 def columns_of(problem: Problem, log: Log) -> Columns:
@@ -70,10 +71,11 @@ def _add_goals(columns: Columns, problem: Problem, t: FloatArray, errors: FloatA
 
 def _add_obstacles(columns: Columns, problem: Problem, t: FloatArray) -> None:
     for obstacle in problem.obstacles:
-        positions, angles = obstacle.poses(t)
+        positions, turns = obstacle.poses(t)
         for axis in range(problem.dimension):
             columns[f"obstacle_{obstacle.name}_{AXES[axis]}"] = np.ascontiguousarray(positions[:, axis])
-        columns[f"obstacle_{obstacle.name}_theta"] = angles
+        for letter, values in zip(TURNS[problem.dimension], turns.reshape(len(t), -1).T, strict=True):
+            columns[f"obstacle_{obstacle.name}_{letter}"] = np.ascontiguousarray(values)
 
 
 def _add_calls(columns: Columns, log: Log, rows: int) -> None:

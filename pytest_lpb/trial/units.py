@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from pytest_lpb.problem.problem import Problem
 
-_BY_SUFFIX = {"_ms": "ms", "_m": "m", "_x": "m", "_y": "m", "_z": "m", "_theta": "rad"}
+_BY_SUFFIX = {
+    "_ms": "ms",
+    "_m": "m",
+    "_x": "m",
+    "_y": "m",
+    "_z": "m",
+    "_theta": "rad",
+    **dict.fromkeys(("_qw", "_qx", "_qy", "_qz"), ""),
+}
 _LENGTH_OR_ANGLE = {"prismatic": "m", "revolute": "rad"}
+_FORCE = {"prismatic": "N", "revolute": "N m"}
 
 
 def unit_of(column: str, problem: Problem) -> str:
@@ -25,16 +34,11 @@ def unit_of(column: str, problem: Problem) -> str:
         return _LENGTH_OR_ANGLE[kinds[index]]
     if prefix == "qd":
         return f"{_LENGTH_OR_ANGLE[kinds[index]]}/s"
-    unit = _actuated_unit(problem, index)
+    kind = problem.robot.action_kinds[index]
+    if prefix != "u" and problem.control == "torque":
+        return _FORCE[kind]
+    unit = _LENGTH_OR_ANGLE[kind]
     return f"{unit}/s" if prefix == "u" or problem.control == "velocity" else f"{unit}/s^2"
-
-
-def _actuated_unit(problem: Problem, index: int) -> str:
-    """m or rad: what the velocity u[index] is a rate of."""
-    robot = problem.robot
-    if robot.non_holonomic and index < 2:
-        return ("m", "rad")[index]
-    return _LENGTH_OR_ANGLE[robot.joint_types[index + robot.dof - robot.n_actions]]
 
 
 def _goal_unit(column: str, problem: Problem) -> str:

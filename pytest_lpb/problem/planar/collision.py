@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf, nan
 
+import numpy as np
+
+from pytest_lpb.problem.collision import Clearance, ClosedAtTheEnd
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.planar.geometry import segment_to_segment
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
@@ -13,8 +16,6 @@ from pytest_lpb.problem.planar.shapes import SHAPES, PlacedShape
 CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within rounding is none
 
 Capsule = tuple[float, float, float, float, float]  # ax, ay, bx, by, radius [m]
-Clearance = tuple[float, str, str]  # distance [m] (NaN: nothing to measure), body, obstacle or other body
-
 
 class PlanarCollision:
     """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed."""
@@ -74,3 +75,33 @@ class PlanarCollision:
             if distance < nearest:
                 nearest, pair = distance, candidate
         return nearest, self._bodies[pair[0]][0], self._bodies[pair[1]][0]
+
+
+class PlanarSpace(ClosedAtTheEnd):
+    """Clearances of a planar robot at single configurations, with obstacles where they are at t = 0.
+
+    Args:
+        robot: the robot.
+        obstacles: those that count.
+    """
+
+    contact_slack_m = CONTACT_SLACK_M
+
+    def __init__(self, robot: PlanarRobot, obstacles: Sequence[Obstacle]) -> None:
+        self._robot = robot
+        self._collision = PlanarCollision(robot, obstacles)
+        for shape, obstacle in zip(self._collision.shapes, obstacles, strict=True):
+            positions, angles = obstacle.poses(np.zeros(1))
+            shape.place(float(positions[0, 0]), float(positions[0, 1]), float(angles[0]))
+
+    def clearance(self, q: Sequence[float]) -> Clearance:
+        """Signed distance [m] to the nearest obstacle with body and obstacle; NaN without obstacles."""
+        return self._collision.clearance(self._collision.capsules(self._robot.frames(q)))
+
+    def self_clearance(self, q: Sequence[float]) -> Clearance:
+        """Signed distance [m] between the robot's own bodies; NaN without pairs."""
+        return self._collision.self_clearance(self._collision.capsules(self._robot.frames(q)))
+
+    def clearance_of(self, obstacle: Obstacle, q: Sequence[float]) -> float:
+        """Signed distance [m] to one further obstacle."""
+        return PlanarSpace(self._robot, [obstacle]).clearance(q)[0]

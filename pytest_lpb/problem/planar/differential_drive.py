@@ -35,6 +35,11 @@ class DifferentialDrive(PlanarRobot):
     def _count_actions(self) -> int:
         return 2
 
+    @property
+    def action_kinds(self) -> tuple[str, ...]:
+        """v is the rate of a length, w of an angle."""
+        return ("prismatic", "revolute")
+
     def _geometry(self) -> tuple[CollisionBody, ...]:
         return (CollisionBody("base", "base", ((0.0, 0.0, 0.0, 0.0, self.body_radius),)),)
 
@@ -58,14 +63,7 @@ class DifferentialDrive(PlanarRobot):
         self, q: list[float], u: list[float], action: list[float], dt: float
     ) -> tuple[list[float], list[float]]:
         """State after dt [s]: an arc under a constant (v, w), a generalised clothoid under constant (dv, dw)."""
-        if self.control == "velocity":
-            return _arc(q, action[0], action[1], dt), list(action)
-        after = [u[0] + action[0] * dt, u[1] + action[1] * dt]
-        if not any(action):
-            return _arc(q, u[0], u[1], dt), after
-        turn = abs(u[1]) * dt + abs(action[1]) * dt * dt
-        pieces = max(1, ceil(min(turn / _MAX_TURN, _MAX_PIECES)))
-        return _clothoid(q, u, action, dt, pieces), after
+        return drive(self.control, q, u, action, dt)
 
     def action_map(self, q: ArrayLike) -> FloatArray:
         """B with qd = B u, (3, 2)."""
@@ -82,7 +80,21 @@ class DifferentialDrive(PlanarRobot):
         return q[:, None, :2]
 
 
-def _arc(q: list[float], v: float, w: float, dt: float) -> list[float]:
+def drive(
+    control: str, q: Sequence[float], u: Sequence[float], action: Sequence[float], dt: float
+) -> tuple[list[float], list[float]]:
+    """Pose (x, y, theta) and (v, w) after dt [s] under a constant action: (v, w), or their rates."""
+    if control == "velocity":
+        return _arc(q, action[0], action[1], dt), list(action)
+    after = [u[0] + action[0] * dt, u[1] + action[1] * dt]
+    if not any(action):
+        return _arc(q, u[0], u[1], dt), after
+    turn = abs(u[1]) * dt + abs(action[1]) * dt * dt
+    pieces = max(1, ceil(min(turn / _MAX_TURN, _MAX_PIECES)))
+    return _clothoid(q, u, action, dt, pieces), after
+
+
+def _arc(q: Sequence[float], v: float, w: float, dt: float) -> list[float]:
     """Pose after moving along a circle: the chord has length v dt sin(h)/h at the mean heading, h = w dt / 2."""
     half = 0.5 * w * dt
     ratio = sin(half) / half if abs(half) > _STRAIGHT else 1.0 - half * half / 6.0
@@ -90,7 +102,9 @@ def _arc(q: list[float], v: float, w: float, dt: float) -> list[float]:
     return [q[0] + chord * cos(q[2] + half), q[1] + chord * sin(q[2] + half), q[2] + w * dt]
 
 
-def _clothoid(q: list[float], u: list[float], action: list[float], dt: float, pieces: int) -> list[float]:
+def _clothoid(
+    q: Sequence[float], u: Sequence[float], action: Sequence[float], dt: float, pieces: int
+) -> list[float]:
     """Pose after constant accelerations: the integral of v(t) (cos, sin)(theta(t)) by Gauss-Legendre quadrature."""
     x = y = 0.0
     half = 0.5 * dt / pieces

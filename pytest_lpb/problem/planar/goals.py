@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import atan2, hypot, pi, remainder
+from math import atan2, hypot
 from typing import Any, ClassVar
 
+from pytest_lpb.problem.angles import angle_error, wrapped
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.planar.robot import Frame
 from pytest_lpb.problem.robot import FloatArray, Robot
-
-
-def angle_error(value: float, target: float) -> float:
-    """Absolute difference of two angles [rad], wrapped to [0, pi]."""
-    return abs(remainder(value - target, 2.0 * pi))
 
 
 class PositionGoal(SubGoal):
@@ -70,29 +66,9 @@ class OrientationGoal(SubGoal):
         """Geodesic distance [rad]."""
         return angle_error(value[0], target[0])
 
-
-class JointGoal(SubGoal):
-    """Joints at given positions; the error is the largest of them."""
-
-    unit: ClassVar[str] = "rad"
-
-    def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
-        super().__init__(entry, robot)
-        self.joints: tuple[int, ...] = tuple(robot.joint_names.index(name) for name in entry["joints"])
-        self._headings = robot.headings
-        if all(robot.joint_types[index] == "prismatic" for index in self.joints):
-            self.unit = "m"  # type: ignore[misc] # an instance's own unit, by its joints
-
-    def value(self, q: Sequence[float], frames: Sequence[Frame]) -> list[float]:  # noqa: ARG002
-        """Positions of the joints [rad or m]."""
-        return [q[index] for index in self.joints]
-
-    def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
-        """Largest absolute joint error [rad or m]; a base's heading is wrapped."""
-        return max(
-            angle_error(have, want) if index in self._headings else abs(have - want)
-            for index, have, want in zip(self.joints, value, target, strict=True)
-        )
+    def residual(self, value: Sequence[float], target: Sequence[float]) -> list[float]:
+        """The angle left [rad], wrapped."""
+        return [wrapped(value[0] - target[0])]
 
 
 class AlignmentGoal(SubGoal):
@@ -117,6 +93,10 @@ class AlignmentGoal(SubGoal):
     def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
         """Angle between the axes [rad]."""
         return angle_error(value[0], target[0])
+
+    def residual(self, value: Sequence[float], target: Sequence[float]) -> list[float]:
+        """The angle left [rad], wrapped."""
+        return [wrapped(value[0] - target[0])]
 
 
 def _turned(axis: tuple[float, float], frame: Frame) -> tuple[float, float]:

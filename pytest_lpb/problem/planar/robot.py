@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pytest_lpb.problem.robot import FloatArray, Robot
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.collision import CollisionSpace
+    from pytest_lpb.problem.obstacle import Obstacle
 
 Frame = tuple[float, float, float, float]  # x [m], y [m], cos and sin of the angle, in the world
 
@@ -23,12 +27,6 @@ class PlanarRobot(Robot):
     def frames(self, q: Sequence[float]) -> list[Frame]:
         """Frames of all links at q, in the order of `link_names`."""
 
-    @abstractmethod
-    def integrate(
-        self, q: list[float], u: list[float], action: list[float], dt: float
-    ) -> tuple[list[float], list[float]]:
-        """State (q, u) after dt [s] under the constant action: du/dt under acceleration control, else u itself."""
-
     def joint_velocity(self, q: Sequence[float], u: list[float]) -> list[float]:  # noqa: ARG002
         """qd at q under the actuated velocity u."""
         return u
@@ -37,6 +35,12 @@ class PlanarRobot(Robot):
         """Angle of a link's frame in the world [rad], not wrapped."""
         _, _, c, s = self.frames(q)[self.link_index(link)]
         return float(np.arctan2(s, c))
+
+    def collision_space(self, obstacles: Sequence[Obstacle]) -> CollisionSpace:
+        """Where this robot's clearance can be asked for."""
+        from pytest_lpb.problem.planar.collision import PlanarSpace
+
+        return PlanarSpace(self, obstacles)
 
     def forward_kinematics(self, q: ArrayLike, link: str) -> FloatArray:
         """Pose of a link's frame in the world, (3, 3) homogeneous. Raises ValueError for an unknown link."""

@@ -1,0 +1,1 @@
+"""Robots, goals and obstacles in space: URDF models, kinematics in NumPy, exact clearance through PyBullet."""

@@ -1,0 +1,159 @@
+"""Exact clearance of a robot in a PyBullet world, measured for as few pairs of bodies as that takes.
+
+Between two steps no point of a body moves farther than its `travel`, so the distance of a pair cannot shrink by more
+than both travels. Each pair carries the lower bound that follows from its last measurement; a query measures pairs
+in the order of their bounds until the next bound is no smaller than the least distance found. What it returns is exact:
+the bounds only decide what need not be measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.problem.collision import Clearance
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.client import pybullet
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.world import Body, World
+
+CONTACT_SLACK_M = 1e-6  # [m] depth from which bodies collide: the accuracy of distances
+NOTHING: Clearance = (nan, "", "")
+
+FARTHEST_M = 1e7  # [m] beyond all coordinates of scenarios
+SLACK_M = 1e-9  # [m] by which bounds are lowered once more, for rounding
+DISTANCE = 8  # index of the distance in PyBullet's contact points
+
+
+class Pairs:
+    """Pairs of bodies whose least distance is asked for.
+
+    Args:
+        world: where they are.
+        first: bodies of the robot, one per pair.
+        others: PyBullet's (body, link) of the other side.
+        margins: [m] to add to the distance of each pair.
+        names: of both sides.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        first: Sequence[int],
+        others: Sequence[tuple[int, int]],
+        margins: Sequence[float],
+        names: Sequence[tuple[str, str]],
+    ) -> None:
+        self._client = world.client.id
+        self._robot = world.robot
+        self._first = first
+        self._others = others
+        self._margins = margins
+        self._names = names
+        self.bounds: FloatArray = np.full(len(names), -inf)
+
+    def forget(self) -> None:
+        """Nothing is known any more of how far apart the bodies are."""
+        self.bounds.fill(-inf)
+
+    def nearest(self) -> Clearance:
+        """The least distance [m] with the names of both bodies; NaN without pairs."""
+        bounds = self.bounds
+        if not len(bounds):
+            return NOTHING
+        least, found = inf, -1
+        while True:
+            pair = int(bounds.argmin())
+            if bounds[pair] >= least:
+                return (least, *self._names[found])
+            distance = self._measure(pair, least)
+            bounds[pair] = distance
+            if distance < least:
+                least, found = distance, pair
+
+    def _measure(self, pair: int, enough: float) -> float:
+        """Distance of a pair [m], or `enough` if it is no smaller."""
+        body, link = self._others[pair]
+        margin = self._margins[pair]
+        points = pybullet.getClosestPoints(
+            self._robot,
+            body,
+            max(min(enough - margin, FARTHEST_M), 0.0),
+            self._first[pair],
+            link,
+            physicsClientId=self._client,
+        )
+        if not points:
+            return min(enough, FARTHEST_M)
+        if len(points) == 1:
+            nearest: float = points[0][DISTANCE]
+        else:
+            nearest = min(point[DISTANCE] for point in points)
+        return nearest + margin
+
+
+class SpatialCollision:
+    """Clearances of one robot among the obstacles of a world, over the steps of a trial.
+
+    Args:
+        robot: gives the pairs of its own bodies to look at.
+        world: has the robot and the obstacles.
+        names: of the obstacles.
+    """
+
+    def __init__(self, robot: SpatialRobot, world: World, names: Sequence[str]) -> None:
+        bodies = world.bodies
+        self._reach = world.reach
+        self._radii = np.array(world.obstacle_radii)
+        self.obstacles = Pairs(
+            world,
+            [body.link for body in bodies for _ in names],
+            [(obstacle, -1) for _ in bodies for obstacle in world.obstacles],
+            [body.margin + margin for body in bodies for margin in world.obstacle_margins],
+            [(body.name, name) for body in bodies for name in names],
+        )
+        self._shape = (len(bodies), len(names))
+        pairs = own_pairs(bodies, robot.self_collision_pairs)
+        self.own = Pairs(
+            world,
+            [bodies[i].link for i, _ in pairs],
+            [(world.robot, bodies[j].link) for _, j in pairs],
+            [bodies[i].margin + bodies[j].margin for i, j in pairs],
+            [(bodies[i].name, bodies[j].name) for i, j in pairs],
+        )
+        self._own_first: NDArray[np.intp] = np.array([i for i, _ in pairs], dtype=np.intp)
+        self._own_second: NDArray[np.intp] = np.array([j for _, j in pairs], dtype=np.intp)
+
+    def forget(self) -> None:
+        """The robot was put somewhere else."""
+        self.obstacles.forget()
+        self.own.forget()
+
+    def moved(self, change: FloatArray) -> None:
+        """The robot's joints have moved by `change` (dof,) [rad or m]."""
+        travel = self._reach @ np.abs(change)
+        travel += SLACK_M
+        if len(self._own_first):
+            self.own.bounds -= travel[self._own_first] + travel[self._own_second]
+        bounds = self.obstacles.bounds.reshape(self._shape)
+        bounds -= travel[:, None]
+
+    def obstacles_moved(self, shift: FloatArray, turn: FloatArray) -> None:
+        """The obstacles have moved by `shift` (n, 3) [m], their quaternions by `turn` (n, 4).
+
+        A ball of radius r around a turning origin moves by no more than 2 r sin(angle / 2) <= 2 r |turn|.
+        """
+        travel = np.sqrt((shift * shift).sum(axis=1)) + 2.0 * self._radii * np.sqrt((turn * turn).sum(axis=1))
+        bounds = self.obstacles.bounds.reshape(self._shape)
+        bounds -= travel + SLACK_M
+
+
+def own_pairs(bodies: Sequence[Body], pairs: Sequence[tuple[str, str]]) -> list[tuple[int, int]]:
+    """Indices of the bodies of each pair of links; a link may have several."""
+    owned: dict[str, list[int]] = {}
+    for index, body in enumerate(bodies):
+        owned.setdefault(body.name, []).append(index)
+    return [(i, j) for first, second in pairs for i in owned.get(first, ()) for j in owned.get(second, ())]

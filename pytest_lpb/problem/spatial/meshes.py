@@ -1,0 +1,105 @@
+"""Vertices of meshes as PyBullet reads them, and capsules that hold a robot's collision geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import hypot
+from pathlib import Path
+
+import numpy as np
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.urdf import Geometry
+
+Capsule = tuple[float, ...]  # ax, ay, az, bx, by, bz, radius [m]
+
+
+
+def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
+    """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for a file that PyBullet cannot read."""
+    stat = path.stat()
+    return _vertices(path, scale, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=256)
+def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _size: int) -> FloatArray:
+    client = Client()
+    try:
+        shape = client.call("createCollisionShape", pybullet.GEOM_MESH, fileName=str(path), meshScale=list(scale))
+        body = client.call("createMultiBody", 0, shape)
+        vertices = np.array(client.call("getMeshData", body, -1)[1], dtype=float).reshape(-1, 3)
+    except pybullet.error:
+        vertices = np.zeros((0, 3))
+    finally:
+        client.close()
+    if not len(vertices):
+        raise ScenarioError(f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files of triangles")
+    vertices.flags.writeable = False
+    return vertices
+
+
+def covering_capsule(points: FloatArray) -> Capsule:
+    """A small capsule that holds all points (n, 3): along their principal axis, with caps moved in as far as they go."""
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    offset = points - centre
+    _, _, axes = np.linalg.svd(offset, full_matrices=False)
+    axis = axes[0]
+    along = offset @ axis
+    across = offset - along[:, None] * axis
+    # The middle of the points around the axis, not their mean: half of a link may have most of its vertices.
+    shift = 0.5 * (across.min(axis=0) + across.max(axis=0))
+    shift -= (shift @ axis) * axis
+    distance = np.sqrt(((across - shift) ** 2).sum(axis=1))
+    radius = float(distance.max())
+    reach = np.sqrt(np.maximum(radius * radius - distance * distance, 0.0))  # of a cap beyond its centre, there
+    low, high = float((along + reach).min()), float((along - reach).max())
+    if low > high:
+        low = high = 0.5 * (low + high)
+        radius = float(np.sqrt(distance**2 + (along - low) ** 2).max())
+    start, end = centre + shift + low * axis, centre + shift + high * axis
+    return (*start.tolist(), *end.tolist(), radius)
+
+
+def _placed(origin: FloatArray, half: float, radius: float) -> Capsule:
+    """A capsule along z, its cap centres `half` [m] from the origin."""
+    reach = half * origin[:3, 2]
+    return (*(origin[:3, 3] - reach).tolist(), *(origin[:3, 3] + reach).tolist(), radius)
+
+
+def _of_points(points: FloatArray, origin: FloatArray) -> Capsule:
+    return covering_capsule(points @ origin[:3, :3].T + origin[:3, 3])
+
+
+def _of_box(shape: Geometry) -> Capsule:
+    corners = np.array(np.meshgrid(*[(-0.5, 0.5)] * 3)).reshape(3, -1).T * np.array(shape.size)
+    return _of_points(corners, shape.origin)
+
+
+def _of_cylinder(shape: Geometry) -> Capsule:
+    radius, length = shape.size
+    if length > 2.0 * radius:  # caps whose balls just hold the rims
+        half = 0.5 * length
+        return _placed(shape.origin, half - 0.5 * radius, hypot(radius, 0.5 * radius))
+    return _placed(shape.origin, 0.0, hypot(radius, 0.5 * length))
+
+
+def _of_mesh(shape: Geometry) -> Capsule:
+    assert shape.file is not None
+    return _of_points(mesh_vertices(shape.file, (shape.size[0], shape.size[1], shape.size[2])), shape.origin)
+
+
+_CAPSULES: dict[str, Callable[[Geometry], Capsule]] = {
+    "sphere": lambda shape: _placed(shape.origin, 0.0, shape.size[0]),
+    "capsule": lambda shape: _placed(shape.origin, 0.5 * shape.size[1], shape.size[0]),
+    "box": _of_box,
+    "cylinder": _of_cylinder,
+    "mesh": _of_mesh,
+}
+
+
+def capsule_of(shape: Geometry) -> Capsule:
+    """A capsule in the link's frame that holds a shape; exact for spheres and capsules."""
+    return _CAPSULES[shape.kind](shape)

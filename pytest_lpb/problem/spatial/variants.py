@@ -1,0 +1,97 @@
+"""URDF models changed for PyBullet: locked joints made fixed, one collision shape per link."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import cos, sin
+
+import numpy as np
+
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.urdf import Joint, Link, UrdfModel
+
+PART = "#"  # in the names of links made for further shapes of a link: `hand#1`
+
+
+def with_locked_joints(model: UrdfModel, locked: Mapping[str, float]) -> UrdfModel:
+    """The model with every locked joint fixed at its position [rad or m]; joints that mimic one are fixed too."""
+    positions = dict(locked)
+    joints = []
+    for joint in model.joints:
+        if joint.mimic is not None and joint.mimic[0] in locked:
+            source, multiplier, offset = joint.mimic
+            positions[joint.name] = multiplier * locked[source] + offset
+        joints.append(_fixed(joint, positions[joint.name]) if joint.name in positions else joint)
+    return replace(model, joints=tuple(joints))
+
+
+def driven_joints(robot: SpatialRobot) -> tuple[list[tuple[str, int]], list[tuple[str, int, float, float]]]:
+    """The joints of a robot's URDF that q moves.
+
+    First those that are entries of q: name and entry. Then those that mimic one of them: name, entry, multiplier, offset.
+    """
+    index = {name: place for place, name in enumerate(robot.joint_names)}
+    joints = [joint for joint in robot.urdf.joints if joint.kind != "fixed"]
+    planned = [(joint.name, index[joint.name]) for joint in joints if joint.name in index]
+    mimics = [(joint.name, *joint.mimic) for joint in joints if joint.mimic is not None]
+    return planned, [
+        (name, index[source], multiplier, offset) for name, source, multiplier, offset in mimics if source in index
+    ]
+
+
+def _fixed(joint: Joint, position: float) -> Joint:
+    return replace(joint, kind="fixed", origin=joint.origin @ joint_motion(joint, position), mimic=None)
+
+
+def joint_motion(joint: Joint, position: float) -> FloatArray:
+    """Pose (4, 4) of a joint's child link relative to the joint's frame, at a position [rad or m]."""
+    pose = np.eye(4)
+    axis = np.asarray(joint.axis, dtype=float)
+    if joint.kind == "prismatic":
+        pose[:3, 3] = position * axis
+    elif joint.kind == "revolute":
+        x, y, z = axis
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        pose[:3, :3] = np.eye(3) + sin(position) * cross + (1.0 - cos(position)) * cross @ cross  # Rodrigues
+    return pose
+
+
+def one_shape_per_link(model: UrdfModel) -> tuple[UrdfModel, dict[str, str]]:
+    """The model with further collision shapes of a link moved to links of their own, and which link each belongs to.
+
+    Bullet measures a link as a whole, and shapes of one link may have different margins.
+    """
+    links: list[Link] = []
+    joints: list[Joint] = []
+    owners: dict[str, str] = {}
+    by_child = {joint.child: joint for joint in model.joints}
+    for link in model.links:
+        links.append(replace(link, collisions=link.collisions[:1]))
+        if link.name in by_child:
+            joints.append(by_child[link.name])
+        owners[link.name] = link.name
+        for index, geometry in enumerate(link.collisions[1:], start=1):
+            part = f"{link.name}{PART}{index}"
+            links.append(Link(name=part, collisions=(geometry,), visuals=(), inertial=None))
+            joints.append(_welded(part, link.name))
+            owners[part] = link.name
+    return replace(model, links=tuple(links), joints=tuple(joints)), owners
+
+
+def _welded(child: str, parent: str) -> Joint:
+    infinite = float("inf")
+    return Joint(
+        name=f"{child}_joint",
+        kind="fixed",
+        parent=parent,
+        child=child,
+        origin=np.eye(4),
+        axis=np.array([1.0, 0.0, 0.0]),
+        lower=-infinite,
+        upper=infinite,
+        velocity=infinite,
+        effort=infinite,
+        mimic=None,
+    )
