@@ -24,6 +24,7 @@ CONTACT_SLACK_M = 1e-6  # [m] depth from which bodies collide: the accuracy of d
 NOTHING: Clearance = (nan, "", "")
 
 FARTHEST_M = 1e7  # [m] beyond all coordinates of scenarios
+AHEAD_M = 0.5  # [m] beyond the nearest up to which others are measured, so that they need no measuring for a while
 SLACK_M = 1e-9  # [m] by which bounds are lowered once more, for rounding
 DISTANCE = 8  # index of the distance in PyBullet's contact points
 
@@ -75,19 +76,15 @@ class Pairs:
                 least, found = distance, pair
 
     def _measure(self, pair: int, enough: float) -> float:
-        """Distance of a pair [m], or `enough` if it is no smaller."""
+        """Distance of a pair [m], or a lower bound beyond `enough` if it is larger."""
         body, link = self._others[pair]
         margin = self._margins[pair]
+        within = min(max(enough, 0.0) + AHEAD_M, FARTHEST_M)
         points = pybullet.getClosestPoints(
-            self._robot,
-            body,
-            max(min(enough - margin, FARTHEST_M), 0.0),
-            self._first[pair],
-            link,
-            physicsClientId=self._client,
+            self._robot, body, within, self._first[pair], link, physicsClientId=self._client
         )
         if not points:
-            return min(enough, FARTHEST_M)
+            return within
         if len(points) == 1:
             nearest: float = points[0][DISTANCE]
         else:

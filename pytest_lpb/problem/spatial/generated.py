@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from math import pi
-from types import MappingProxyType
 
 import numpy as np
 
@@ -132,7 +131,7 @@ class GeneratedModel:
     base: str
     body_radius: float | None
     wheel_base: float | None = None
-    position_limits: MappingProxyType[str, tuple[float, float]] = MappingProxyType({})
+    position_limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 # A new generated robot is one entry here.
@@ -140,7 +139,7 @@ GENERATED: dict[str, GeneratedModel] = {
     "point_3d": GeneratedModel(_point, "fixed", 0.2),
     "arm_3d": GeneratedModel(_arm, "fixed", 0.05),
     "cart": GeneratedModel(_cart, "differential_drive", 0.2, 0.4),
-    "car": GeneratedModel(_car, "bicycle", None, 0.5, MappingProxyType({"delta": (-0.6, 0.6)})),
+    "car": GeneratedModel(_car, "bicycle", None, 0.5, {"delta": (-0.6, 0.6)}),
 }
 
 
