@@ -99,9 +99,7 @@ class DynamicMotion:
 
     def _step(self) -> None:
         for joint, source, multiplier, offset in self._world.followers:
-            self._world.client.call(
-                "resetJointState", self._world.robot, joint, multiplier * self._q[source] + offset
-            )
+            self._world.client.call("resetJointState", self._world.robot, joint, multiplier * self._q[source] + offset)
         pybullet.stepSimulation(physicsClientId=self._client)
         self._q, _ = self._measured()
 

@@ -63,7 +63,9 @@ class ActionLimits:
         return applied
 
     def _by_torque(self, action: list[float], u: list[float]) -> list[float]:  # noqa: ARG002 - speed limits no torque
-        return [min(max(wanted, lowest), highest) for wanted, (lowest, highest) in zip(action, self._effort, strict=True)]
+        return [
+            min(max(wanted, lowest), highest) for wanted, (lowest, highest) in zip(action, self._effort, strict=True)
+        ]
 
 
 class PositionLimits:

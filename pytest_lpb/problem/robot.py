@@ -131,6 +131,10 @@ class Robot(ABC):
     def frames(self, q: Sequence[float]) -> Sequence[tuple[float, ...]]:
         """Frames of all links at q, in the order of `link_names`, as sub-goals read them."""
 
+    def frames_of(self, configurations: FloatArray) -> list[Sequence[tuple[float, ...]]]:
+        """Frames as `frames` gives them, at each of several q (N, dof)."""
+        return [self.frames(q) for q in configurations.tolist()]
+
     @abstractmethod
     def collision_space(self, obstacles: Sequence[Obstacle]) -> CollisionSpace:
         """Where this robot's clearance can be asked for; to be closed."""

@@ -5,10 +5,11 @@ from typing import Any
 from pytest_lpb.problem.criterion import parse_criterion
 from pytest_lpb.scenario.checks.goal import goal_names, primary_index
 from pytest_lpb.scenario.checks.obstacles import obstacle_names
+from pytest_lpb.scenario.robots import is_planar
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.goal import Goal
-from pytest_lpb.scenario.schema.obstacle import Obstacle
+from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.robot import Robot
 from pytest_lpb.scenario.schema.success import Success
@@ -16,6 +17,8 @@ from pytest_lpb.scenario.structure import MODELS, Structure
 
 DEFAULT_HOLD_TIME = 0.5  # [s]
 DEFAULT_WHEEL_BASE = 0.5  # [m]
+DEFAULT_SUBSTEPS = 20  # of the physics per dt
+DEFAULT_ORIENTATIONS: dict[int, Any] = {2: 0.0, 3: [1.0, 0.0, 0.0, 0.0]}  # by dimension: angle [rad], quaternion wxyz
 HOLD_TO_THE_END = "end"
 
 Plain = dict[str, Any]
@@ -27,14 +30,15 @@ def concrete_form(file: ScenarioFile, structure: Structure) -> Plain:
         "version": 1,
         "description": file.description,
         "tags": list(file.tags),
-        "robot": _robot(file.robot),
+        "robot": _robot(file.robot) if is_planar(file.robot) else _spatial_robot(file.robot),
         "environment": _environment(file.environment),
         "start": _start(file.start, structure),
         "goal": _goals(file.goal),
-        "obstacles": _obstacles(file.obstacles),
+        "obstacles": _obstacles(file.obstacles, structure.dimension),
         "seed": file.seed,
         "trials": file.trials,
         "success": _success(file.success, file.goal),
+        **({} if file.certified is None else {"certified": file.certified.model_dump(exclude_none=True)}),
     }
 
 
@@ -60,8 +64,18 @@ def _robot(robot: Robot) -> Plain:
     return plain
 
 
+def _spatial_robot(robot: Robot) -> Plain:
+    # Imported late: planar scenarios need none of it.
+    from pytest_lpb.scenario.spatial import SpatialDescription
+
+    return SpatialDescription(robot).entry
+
+
 def _environment(environment: Environment) -> Plain:
-    return environment.model_dump()
+    plain = environment.model_dump(exclude={"substeps"})
+    if environment.dynamics:
+        plain["substeps"] = DEFAULT_SUBSTEPS if environment.substeps is None else environment.substeps
+    return plain
 
 
 def _start(start: Start, structure: Structure) -> Plain:
@@ -98,17 +112,24 @@ def _periodic(part: Goal | Obstacle) -> Plain:
     return {"periodic": bool(getattr(part, "periodic", None))}
 
 
-def _obstacles(obstacles: list[Obstacle]) -> list[Plain]:
+def _obstacles(obstacles: list[Obstacle], dimension: int) -> list[Plain]:
     return [
         {
             "name": name,
             "shape": obstacle.shape,
             **_given(obstacle, leave=("name", "shape", "orientation", "periodic")),
             **_periodic(obstacle),
-            "orientation": 0.0 if obstacle.orientation is None else obstacle.orientation,
+            "orientation": _orientation(obstacle, dimension),
         }
         for name, obstacle in zip(obstacle_names(obstacles), obstacles, strict=True)
     ]
+
+
+def _orientation(obstacle: Obstacle, dimension: int) -> Any:
+    given = obstacle.orientation
+    if given is None:
+        return DEFAULT_ORIENTATIONS[dimension]
+    return given.model_dump() if isinstance(given, AxisAngle) else given
 
 
 def _success(success: Success, goals: list[Goal]) -> Plain:

@@ -6,19 +6,21 @@ part, and an item takes the first round that suits it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from math import cos, sin
 from typing import Any
 
 import numpy as np
 
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.obstacle import Obstacle
-from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray, robot_from
-from pytest_lpb.scenario.feasibility import FreeSpace, goal_fault, start_fault
+from pytest_lpb.scenario.feasibility import goal_fault, is_free, start_fault
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
 from pytest_lpb.scenario.load import Scenario
 from pytest_lpb.scenario.streams import Stream
@@ -54,7 +56,12 @@ def draw_problem(scenario: Scenario, seed: int, flags: Iterable[str] = (), name:
 
     Raises ScenarioError when no feasible problem is found within 1000 attempts per item.
     """
-    draw = _Draw(scenario, seed, parts_drawn(scenario, flags))
+    parts = parts_drawn(scenario, flags)
+    draw = _Draw(scenario, seed, parts)
+    try:
+        draw.run(parts)
+    finally:
+        draw.close()
     return Problem.from_dict(draw.entry, scenario.path.stem if name is None else name)
 
 
@@ -96,12 +103,23 @@ class _Draw:
         self.entry: dict[str, Any] = copied(scenario.concrete)
         self.entry["seed"] = seed
         self.entry["trials"] = 1
-        robot = robot_from(self.entry["robot"])
-        assert isinstance(robot, PlanarRobot)
-        self._robot: PlanarRobot = robot
+        self._drop_certificate(parts)
+        self._robot = robot_from(self.entry["robot"])
         self._obstacles = _listed_obstacles(scenario, parts)
         self.entry["obstacles"] = [obstacle.entry for obstacle in self._obstacles]
-        self._space = FreeSpace(robot, self._obstacles)
+
+    @cached_property
+    def _space(self) -> CollisionSpace:
+        """Opened when the first part is drawn."""
+        return self._robot.collision_space(self._obstacles)
+
+    def close(self) -> None:
+        """Free what drawing needed."""
+        if "_space" in self.__dict__:
+            self._space.close()
+
+    def run(self, parts: tuple[str, ...]) -> None:
+        """Draw the parts, each given those before."""
         if "start" in parts:
             self._draw_start()
         self._start_q: FloatArray = np.array(self.entry["start"]["q"], dtype=float)
@@ -109,6 +127,15 @@ class _Draw:
             self._draw_goal()
         if "obstacles" in parts:
             self._draw_obstacles()
+
+    def _drop_certificate(self, parts: tuple[str, ...]) -> None:
+        """Keep a certified path only where it is of this very problem."""
+        certified = self.entry.get("certified")
+        same = set(parts) == set(parts_drawn(self._scenario)) and (
+            not parts or certified is None or certified["seed"] == self._seed
+        )
+        if certified is not None and not same:
+            del self.entry["certified"]
 
     def _stream(self, part: str, index: int = 0) -> Stream:
         return Stream(self._seed, part, self._scenario.randomize[part], index)
@@ -118,7 +145,7 @@ class _Draw:
         stream = self._stream("start")
         for _ in range(MAX_ATTEMPTS):
             q = stream.uniform(ranges)
-            if self._space.free(q, self._scenario.margin):
+            if is_free(self._space, q, self._scenario.margin):
                 self.entry["start"]["q"] = q
                 return
         raise self._fault("start", "every start drawn from these ranges was in collision")
@@ -130,7 +157,7 @@ class _Draw:
         for _ in range(MAX_ATTEMPTS):
             if reachable:
                 q = stream.uniform(ranges["q"])
-                if not self._space.free(q, self._scenario.margin):
+                if not is_free(self._space, q, self._scenario.margin):
                     continue
                 if not self._aligned(q):
                     continue
@@ -168,7 +195,7 @@ class _Draw:
         """Configurations at the goal that keep the margin from the obstacles so far; whether there is any."""
         required = [goal for goal in self._goal() if goal.tolerance is not None and not goal.moving]
         found = goal_configurations(self._robot, required, self._start_q) if required else []
-        self._goal_configurations = [q for q in found if self._space.free(q.tolist(), self._scenario.margin)]
+        self._goal_configurations = [q for q in found if is_free(self._space, q.tolist(), self._scenario.margin)]
         return bool(self._goal_configurations) or not required
 
     def _draw_obstacles(self) -> None:
@@ -199,12 +226,12 @@ class _Draw:
     def _suits(self, entry: dict[str, Any]) -> bool:
         """Whether an obstacle leaves the start free, and a configuration at the goal besides those lost before."""
         margin = self._scenario.margin
-        space = FreeSpace(self._robot, [Obstacle(entry)])
-        if space.clearance(self._start_q.tolist())[0] < margin:
+        space, obstacle = self._space, Obstacle(entry)
+        if space.clearance_of(obstacle, self._start_q.tolist()) < margin:
             return False
         if not self._goal_configurations:
             return True
-        left = [q for q in self._goal_configurations if not space.clearance(q.tolist())[0] < margin]
+        left = [q for q in self._goal_configurations if not space.clearance_of(obstacle, q.tolist()) < margin]
         if left:
             self._goal_configurations = left
         return bool(left)
@@ -241,6 +268,13 @@ def _group_ranges(group: dict[str, Any]) -> tuple[list[tuple[str, int | None]], 
     return fields, ranges
 
 
+# A drawn angle as an obstacle's orientation, by dimension: itself, or a turn about z.
+_ORIENTATIONS: dict[int, Callable[[float], Any]] = {
+    2: lambda angle: angle,
+    3: lambda angle: [cos(0.5 * angle), 0.0, 0.0, sin(0.5 * angle)],
+}
+
+
 def _obstacle_entry(name: str, shape: str, fields: list[tuple[str, int | None]], values: list[float]) -> dict[str, Any]:
     """A drawn obstacle as a concrete problem lists it; with a velocity its position becomes expressions in t."""
     drawn: dict[str, Any] = {}
@@ -250,11 +284,12 @@ def _obstacle_entry(name: str, shape: str, fields: list[tuple[str, int | None]],
         else:
             drawn.setdefault(key, []).append(value)
     velocity = drawn.pop("velocity", None)
+    dimension = len(drawn["position"])
     entry: dict[str, Any] = {"name": name, "shape": shape}
     if velocity is not None and any(velocity):
         start = drawn.pop("position")
         entry["trajectory"] = [f"{x!r} + {v!r}*t" for x, v in zip(start, velocity, strict=True)]
     else:
         entry["position"] = drawn.pop("position")
-    drawn.setdefault("orientation", 0.0)
-    return {**entry, **drawn}
+    angle = drawn.pop("orientation", 0.0)
+    return {**entry, **drawn, "orientation": _ORIENTATIONS[dimension](angle)}

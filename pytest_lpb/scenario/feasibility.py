@@ -2,60 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 
 import numpy as np
 
+from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.obstacle import Obstacle
-from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M, PlanarCollision
-from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import FloatArray, Robot
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
 
 
-class FreeSpace:
-    """Clearance of a robot from obstacles where they are at t = 0.
-
-    Args:
-        robot: planar robot.
-        obstacles: the obstacles that count.
-    """
-
-    def __init__(self, robot: Robot, obstacles: Iterable[Obstacle]) -> None:
-        assert isinstance(robot, PlanarRobot)
-        self._robot = robot
-        obstacles = list(obstacles)
-        self._collision = PlanarCollision(robot, obstacles)
-        for shape, obstacle in zip(self._collision.shapes, obstacles, strict=True):
-            positions, angles = obstacle.poses(np.zeros(1))
-            shape.place(float(positions[0, 0]), float(positions[0, 1]), float(angles[0]))
-
-    def clearance(self, q: Sequence[float]) -> tuple[float, str, str]:
-        """Signed distance [m] to the nearest obstacle with body and obstacle; NaN without obstacles."""
-        return self._collision.clearance(self._collision.capsules(self._robot.frames(q)))
-
-    def self_clearance(self, q: Sequence[float]) -> tuple[float, str, str]:
-        """Signed distance [m] between the robot's own bodies; NaN without pairs."""
-        return self._collision.self_clearance(self._collision.capsules(self._robot.frames(q)))
-
-    def free(self, q: Sequence[float], margin: float) -> bool:
-        """Whether the robot at q keeps `margin` [m] from obstacles and does not touch itself."""
-        return not self.clearance(q)[0] < margin and not self.self_clearance(q)[0] < 0.0
+def is_free(space: CollisionSpace, q: Sequence[float], margin: float) -> bool:
+    """Whether the robot at q keeps `margin` [m] from obstacles and does not touch itself."""
+    return not space.clearance(q)[0] < margin and not space.self_clearance(q)[0] < 0.0
 
 
 def start_fault(robot: Robot, q: Sequence[float], obstacles: Sequence[Obstacle]) -> str | None:
     """What is wrong with a start, in words; None when it is free."""
-    space = FreeSpace(robot, obstacles)
-    distance, body, obstacle = space.clearance(q)
-    if distance < -CONTACT_SLACK_M:
-        return (
-            f"the start is in collision: {body!r} is {-distance:.3g} m inside obstacle {obstacle!r}; "
-            "move the start or the obstacle"
-        )
-    distance, body, other = space.self_clearance(q)
-    if distance < -CONTACT_SLACK_M:
-        return f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; choose another start"
+    with closing(robot.collision_space(obstacles)) as space:
+        distance, body, obstacle = space.clearance(q)
+        if distance < -space.contact_slack_m:
+            return (
+                f"the start is in collision: {body!r} is {-distance:.3g} m inside obstacle {obstacle!r}; "
+                "move the start or the obstacle"
+            )
+        distance, body, other = space.self_clearance(q)
+        if distance < -space.contact_slack_m:
+            return (
+                f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; choose another start"
+            )
     return None
 
 
@@ -70,10 +47,10 @@ def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obsta
     configurations = goal_configurations(robot, static, start_q)
     if not configurations:
         return f"the goal is out of reach: no configuration of {robot.name!r} has {_described(static)}"
-    space = FreeSpace(robot, [obstacle for obstacle in obstacles if not obstacle.moving])
-    if any(space.free(q.tolist(), -CONTACT_SLACK_M) for q in configurations):
-        return None
-    distance, body, obstacle = max(space.clearance(q.tolist()) for q in configurations)
+    with closing(robot.collision_space([obstacle for obstacle in obstacles if not obstacle.moving])) as space:
+        if any(is_free(space, q.tolist(), -space.contact_slack_m) for q in configurations):
+            return None
+        distance, body, obstacle = max(space.clearance(q.tolist()) for q in configurations)
     if distance < 0.0:
         return (
             f"the goal is in collision: wherever it is reached, {body!r} is {-distance:.3g} m or more inside "

@@ -8,8 +8,9 @@ from math import inf
 import numpy as np
 
 from pytest_lpb.problem.goal import SubGoal
-from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import FloatArray, Robot
+
+Frames = Sequence[tuple[float, ...]]
 
 STARTS = 24  # initial guesses: the problem's own start first
 ITERATIONS = 60
@@ -25,7 +26,6 @@ def goal_configurations(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArr
 
     Points have one guess only, their goals being positions they can take directly.
     """
-    assert isinstance(robot, PlanarRobot)
     limits = robot.limits.position
     targets = [sub_goal.motion.evaluate(np.zeros(1))[0][0] for sub_goal in goal]
     if any(sub_goal.beyond_reach(target) for sub_goal, target in zip(goal, targets, strict=True)):
@@ -56,20 +56,18 @@ def _guesses(robot: Robot, start_q: FloatArray) -> list[FloatArray]:
     return [np.array(start_q, dtype=float), *spread]
 
 
-def _solve(
-    robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray
-) -> FloatArray | None:
+def _solve(robot: Robot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> FloatArray | None:
     """Levenberg-Marquardt on the sub-goals' values, clipped to the limits (Nakamura and Hanafusa, 1986)."""
     limits = robot.limits.position
+    steps = np.vstack([np.zeros(robot.dof), _FINITE_DIFFERENCE * np.eye(robot.dof)])
     for _ in range(ITERATIONS):
-        residual = _residual(robot, goal, targets, q)
-        if _worst(robot, goal, targets, q) <= 0.0:
+        around = q + steps
+        frames = robot.frames_of(around)
+        if _worst(goal, targets, q, frames[0]) <= 0.0:
             return q
-        jacobian = np.empty((len(residual), robot.dof))
-        for joint in range(robot.dof):
-            moved = q.copy()
-            moved[joint] += _FINITE_DIFFERENCE
-            jacobian[:, joint] = (_residual(robot, goal, targets, moved) - residual) / _FINITE_DIFFERENCE
+        rows = [_residual(goal, targets, near, at) for near, at in zip(around, frames, strict=True)]
+        residual = rows[0]
+        jacobian = np.array([(row - residual) / _FINITE_DIFFERENCE for row in rows[1:]]).T
         square = jacobian.T @ jacobian + _DAMPING * np.eye(robot.dof)
         step = np.linalg.solve(square, -jacobian.T @ residual)
         largest = float(np.max(np.abs(step)))
@@ -78,29 +76,26 @@ def _solve(
             step *= _MAX_STEP / largest
         q = np.clip(q + step, limits[:, 0], limits[:, 1])
     # What is at the edge of the workspace may be within tolerance without being well within it.
-    return q if _worst(robot, goal, targets, q, share=1.0) <= 0.0 else None
+    return q if _worst(goal, targets, q, robot.frames_of(q[None])[0], share=1.0) <= 0.0 else None
 
 
-def _residual(robot: PlanarRobot, goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray) -> FloatArray:
-    frames = robot.frames(q.tolist())
-    parts = []
-    for sub_goal, target in zip(goal, targets, strict=True):
-        difference = np.array(sub_goal.value(q.tolist(), frames)) - target
-        if sub_goal.type in ("orientation", "alignment"):
-            difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-        parts.append(difference)
-    return np.concatenate(parts)
+def _residual(goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray, frames: Frames) -> FloatArray:
+    values = q.tolist()
+    parts = [
+        sub_goal.residual(sub_goal.value(values, frames), target)
+        for sub_goal, target in zip(goal, targets, strict=True)
+    ]
+    return np.array([float(number) for part in parts for number in part])
 
 
 def _worst(
-    robot: PlanarRobot,
     goal: Sequence[SubGoal],
     targets: Sequence[FloatArray],
     q: FloatArray,
+    frames: Frames,
     share: float = 0.5,
 ) -> float:
     """Largest excess of a sub-goal's error over its share of the tolerance; not positive: reached."""
-    frames = robot.frames(q.tolist())
     worst = -inf
     for sub_goal, target in zip(goal, targets, strict=True):
         error = sub_goal.distance(sub_goal.value(q.tolist(), frames), target.tolist())

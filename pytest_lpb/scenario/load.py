@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,11 @@ from pytest_lpb.problem.criterion import Criterion, parse_criterion
 from pytest_lpb.scenario.canonical import Plain, concrete_form, randomize_form
 from pytest_lpb.scenario.checks import check
 from pytest_lpb.scenario.messages import faults_of, valid_parts
+from pytest_lpb.scenario.paths import with_absolute_paths
+from pytest_lpb.scenario.robots import structure_of
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.success import ExpectedFailure
-from pytest_lpb.scenario.structure import structure_of
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,7 @@ def load_scenario(path: Path) -> Scenario:
     name = shown_path(path)
     content = _content(path, name)
     document = read_yaml(content, name)
+    document = replace(document, data=with_absolute_paths(document.data, path.absolute().parent))
     file = _checked(document, name)
     structure = structure_of(file.robot)
     assert structure is not None, "the checks let robots of known models pass only"

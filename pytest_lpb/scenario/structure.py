@@ -1,4 +1,4 @@
-"""What follows from a robot's model: its joints, links, bodies, and how many actions it takes."""
+"""What follows from a planar robot's model: its joints, links, bodies, and how many actions it takes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ def _numbered(prefix: str, before: Names = (), after: Names = ()) -> Callable[[i
     return lambda count: (*before, *(f"{prefix}{index}" for index in range(1, count + 1)), *after)
 
 
-# A new model is one entry here (and its class in pytest_lpb.problem).
+# A new planar model is one entry here (and its class in pytest_lpb.problem).
 MODELS: dict[str, Model] = {
     "point": Model(
         base="fixed",
@@ -87,6 +87,7 @@ class Structure:
     actions: Names  # in the order of u
     links: Names
     bodies: Names
+    position_limits: tuple[list[float] | None, ...] = ()  # in space, per q [rad or m]; None: unlimited
 
     @property
     def dof(self) -> int:
@@ -94,8 +95,8 @@ class Structure:
         return len(self.joints)
 
 
-def structure_of(robot: Robot) -> Structure | None:
-    """The structure of a robot of a known model; None for others."""
+def planar_structure(robot: Robot) -> Structure | None:
+    """The structure of a planar robot; None for others."""
     model = MODELS.get(robot.model or "")
     if model is None or robot.urdf is not None or ("links" in model.keys and robot.links is None):
         return None

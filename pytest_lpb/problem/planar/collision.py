@@ -17,6 +17,7 @@ CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within r
 
 Capsule = tuple[float, float, float, float, float]  # ax, ay, bx, by, radius [m]
 
+
 class PlanarCollision:
     """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed."""
 

@@ -102,9 +102,7 @@ def _arc(q: Sequence[float], v: float, w: float, dt: float) -> list[float]:
     return [q[0] + chord * cos(q[2] + half), q[1] + chord * sin(q[2] + half), q[2] + w * dt]
 
 
-def _clothoid(
-    q: Sequence[float], u: Sequence[float], action: Sequence[float], dt: float, pieces: int
-) -> list[float]:
+def _clothoid(q: Sequence[float], u: Sequence[float], action: Sequence[float], dt: float, pieces: int) -> list[float]:
     """Pose after constant accelerations: the integral of v(t) (cos, sin)(theta(t)) by Gauss-Legendre quadrature."""
     x = y = 0.0
     half = 0.5 * dt / pieces

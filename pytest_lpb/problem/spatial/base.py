@@ -111,10 +111,7 @@ _COUNT = 8  # Gauss-Legendre nodes per piece
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(_COUNT)
 # Row i: weights of the integral from -1 to node i, exact for polynomials of degree below _COUNT.
 _INTEGRALS = np.column_stack(
-    [
-        np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legint(unit, lbnd=-1))
-        for unit in np.eye(_COUNT)
-    ]
+    [np.polynomial.legendre.legval(_POINTS, np.polynomial.legendre.legint(unit, lbnd=-1)) for unit in np.eye(_COUNT)]
 ) @ np.linalg.inv(np.polynomial.legendre.legvander(_POINTS, _COUNT - 1))
 _NODES = tuple(
     (0.5 * (1.0 + float(point)), 0.5 * float(weight), tuple(0.5 * float(x) for x in row))

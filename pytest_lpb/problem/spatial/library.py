@@ -93,7 +93,9 @@ def library_robot(name: str) -> LibraryRobot:
                 "pip install 'pytest-lpb[robots]'"
             )
     else:
-        raise ScenarioError(f"unknown robot {name!r}{suggestion(name, known_robots())}; known: {listed(known_robots())}")
+        raise ScenarioError(
+            f"unknown robot {name!r}{suggestion(name, known_robots())}; known: {listed(known_robots())}"
+        )
     return LibraryRobot(**{**entry, "path": folder / str(entry["path"])})  # type: ignore[arg-type] # fields by name
 
 

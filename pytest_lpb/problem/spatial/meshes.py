@@ -17,7 +17,6 @@ from pytest_lpb.problem.spatial.urdf import Geometry
 Capsule = tuple[float, ...]  # ax, ay, az, bx, by, bz, radius [m]
 
 
-
 def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
     """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for a file that PyBullet cannot read."""
     stat = path.stat()
@@ -36,7 +35,9 @@ def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _siz
     finally:
         client.close()
     if not len(vertices):
-        raise ScenarioError(f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files of triangles")
+        raise ScenarioError(
+            f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files of triangles"
+        )
     vertices.flags.writeable = False
     return vertices
 

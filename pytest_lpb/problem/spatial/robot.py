@@ -116,11 +116,17 @@ class SpatialRobot(Robot):
         """Positions of all link frames along a trajectory q (N, dof): (N, links, 3) [m]."""
         return self.link_frames_along(q)[:, :, :3, 3]
 
-    def frames(self, q: Sequence[float]) -> list[tuple[float, ...]]:
+    def frames(self, q: Sequence[float]) -> Sequence[tuple[float, ...]]:
         """Frames (x, y, z, quaternion wxyz) of all links at q."""
-        poses = self.link_frames(q)
-        rows = np.concatenate([poses[:, :3, 3], quaternions_of(poses[:, :3, :3])], axis=1)
-        return [tuple(row) for row in rows.tolist()]
+        return self.frames_of(np.array(q, dtype=float)[None])[0]
+
+    def frames_of(self, configurations: FloatArray) -> list[Sequence[tuple[float, ...]]]:
+        """Frames as `frames` gives them, at each of several q (N, dof)."""
+        poses = self.link_frames_along(configurations)
+        count, links = poses.shape[:2]
+        turns = quaternions_of(poses[:, :, :3, :3].reshape(-1, 3, 3)).reshape(count, links, 4)
+        rows = np.concatenate([poses[:, :, :3, 3], turns], axis=2).tolist()
+        return [[tuple(frame) for frame in row] for row in rows]
 
     def action_map(self, q: ArrayLike) -> FloatArray:
         """B with qd = B u, (dof, n_actions)."""

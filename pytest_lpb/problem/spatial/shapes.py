@@ -115,6 +115,4 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
 
 def farthest_corner(box: tuple[tuple[float, ...], tuple[float, ...]], point: tuple[float, ...]) -> float:
     """Distance [m] of a point to the farthest corner of an axis-aligned box (lower, upper)."""
-    return sqrt(
-        sum(max(abs(low - x), abs(high - x)) ** 2 for low, high, x in zip(box[0], box[1], point, strict=True))
-    )
+    return sqrt(sum(max(abs(low - x), abs(high - x)) ** 2 for low, high, x in zip(box[0], box[1], point, strict=True)))

@@ -159,7 +159,14 @@ class _Reader:
         inertia = np.zeros((3, 3))
         given = element.find("inertia")
         if given is not None:
-            for row, column, key in ((0, 0, "ixx"), (0, 1, "ixy"), (0, 2, "ixz"), (1, 1, "iyy"), (1, 2, "iyz"), (2, 2, "izz")):
+            for row, column, key in (
+                (0, 0, "ixx"),
+                (0, 1, "ixy"),
+                (0, 2, "ixz"),
+                (1, 1, "iyy"),
+                (1, 2, "iyz"),
+                (2, 2, "izz"),
+            ):
                 inertia[row, column] = inertia[column, row] = self._number(given, key, 0.0)
         return Inertial(self._number(mass, "value", 0.0), self._origin(element), inertia)
 
@@ -170,7 +177,9 @@ class _Reader:
             raise self._fault(element, f"<{element.tag}> has no <geometry> with a shape")
         if shape.tag not in _SIZES:
             raise self._fault(shape, f"found <{shape.tag}>; allowed: {listed(_SIZES)}")
-        size = tuple(value for key, default, count in _SIZES[shape.tag] for value in self._numbers(shape, key, default, count))
+        size = tuple(
+            value for key, default, count in _SIZES[shape.tag] for value in self._numbers(shape, key, default, count)
+        )
         if shape.tag != "mesh" and not all(value > 0.0 for value in size):
             raise self._fault(shape, f"found the size {list(size)}; lengths above 0 m are required")
         file = self._mesh(shape) if shape.tag == "mesh" else None
@@ -194,7 +203,9 @@ class _Reader:
         if found is None:
             raise self._fault(shape, f"the mesh {name!r} is not there; looked for it from {self._path.parent}")
         if found.stat().st_size > MAX_MESH_BYTES:
-            raise self._fault(shape, f"the mesh {name!r} has {found.stat().st_size} bytes; allowed are {MAX_MESH_BYTES}")
+            raise self._fault(
+                shape, f"the mesh {name!r} has {found.stat().st_size} bytes; allowed are {MAX_MESH_BYTES}"
+            )
         return found
 
     def _joint(self, element: Element, name: str, links: dict[str, Link]) -> Joint:
@@ -266,9 +277,7 @@ class _Reader:
     def _number(self, element: Element, key: str, default: float) -> float:
         return self._numbers(element, key, (default,), 1)[0]
 
-    def _numbers(
-        self, element: Element, key: str, default: tuple[float, ...] | None, count: int
-    ) -> tuple[float, ...]:
+    def _numbers(self, element: Element, key: str, default: tuple[float, ...] | None, count: int) -> tuple[float, ...]:
         text = element.attributes.get(key)
         if text is None and default is not None:
             return default

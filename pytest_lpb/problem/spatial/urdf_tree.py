@@ -20,7 +20,9 @@ def in_tree_order(
     above: dict[str, str] = {}
     for joint in joints.values():
         if joint.child in above:
-            raise ScenarioError(f"{path}: link {joint.child!r} is the child of two joints, {above[joint.child]!r} and {joint.name!r}")
+            raise ScenarioError(
+                f"{path}: link {joint.child!r} is the child of two joints, {above[joint.child]!r} and {joint.name!r}"
+            )
         above[joint.child] = joint.name
         below.setdefault(joint.parent, []).append(joint)
     roots = [name for name in links if name not in above]

@@ -37,7 +37,16 @@ def _link(link: Link, margin: float) -> str:
 
 
 def _inertial(inertial: Inertial | None) -> str:
-    mass, origin, ixx, ixy, ixz, iyy, iyz, izz = LEAST_MASS_KG, "", LEAST_INERTIA, 0.0, 0.0, LEAST_INERTIA, 0.0, LEAST_INERTIA
+    mass, origin, ixx, ixy, ixz, iyy, iyz, izz = (
+        LEAST_MASS_KG,
+        "",
+        LEAST_INERTIA,
+        0.0,
+        0.0,
+        LEAST_INERTIA,
+        0.0,
+        LEAST_INERTIA,
+    )
     if inertial is not None and inertial.mass > 0.0:
         mass, origin = inertial.mass, _origin(inertial.origin)
         (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertial.inertia.tolist()

@@ -102,7 +102,9 @@ class World:
                 self._owners[link.name],
                 links[link.name],
                 0.0 if link.collisions[0].kind in EXACT_GEOMETRIES else HULL_MARGIN_M,
-                farthest_corner(call("getAABB", body, links[link.name]), call("getLinkState", body, links[link.name])[4]),
+                farthest_corner(
+                    call("getAABB", body, links[link.name]), call("getLinkState", body, links[link.name])[4]
+                ),
             )
             for link in self._model.links
             if link.collisions

@@ -2,17 +2,20 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from pytest_lpb.documents.faults import Fault
 from pytest_lpb.scenario.checks import goal, obstacles, randomize, robot, time
+from pytest_lpb.scenario.robots import structure_of
 from pytest_lpb.scenario.schema import ScenarioFile
-from pytest_lpb.scenario.structure import structure_of
+from pytest_lpb.scenario.structure import Structure
 
 Check = Callable[..., Iterator[Fault]]
 
 # (check, what it needs): parts of the file, or `structure`, the names of the robot's joints and bodies.
 CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (robot.check_model, ("robot",)),
+    (robot.check_engine_fits, ("robot", "environment")),
     (robot.check_control, ("robot", "environment")),
     (robot.check_limits, ("robot", "structure")),
     (robot.check_spheres, ("robot", "structure")),
@@ -24,6 +27,7 @@ CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (time.check_hold_time, ("success", "environment")),
     (time.check_criteria, ("success",)),
     (time.check_seeds, ("seed", "trials")),
+    (time.check_certified, ("certified",)),
     (goal.check_names, ("goal",)),
     (goal.check_primary, ("goal",)),
     (goal.check_frames, ("goal", "structure")),
@@ -31,6 +35,7 @@ CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (obstacles.check_names, ("obstacles", "source")),
     (obstacles.check_shapes, ("obstacles", "environment")),
     (obstacles.check_motions, ("obstacles", "environment")),
+    (obstacles.check_meshes, ("obstacles",)),
     (randomize.check_draw, ("randomize",)),
     (randomize.check_configurations, ("randomize", "robot", "structure")),
     (randomize.check_goal, ("randomize", "goal")),
@@ -45,6 +50,10 @@ class _Parts:
     file: ScenarioFile
     wrong: frozenset[str]
 
+    @cached_property
+    def _structure(self) -> Structure | None:
+        return None if "robot" in self.wrong else structure_of(self.file.robot)
+
     def collect(self, names: tuple[str, ...]) -> list[object] | None:
         """The parts of these names; None when one of them is wrong and cannot be checked."""
         values = [self._part(name) for name in names]
@@ -52,8 +61,7 @@ class _Parts:
 
     def _part(self, name: str) -> object:
         if name == "structure":
-            structure = None if "robot" in self.wrong else structure_of(self.file.robot)
-            return structure or self
+            return self._structure or self
         return self if name in self.wrong else getattr(self.file, name)
 
 

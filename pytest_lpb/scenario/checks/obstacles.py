@@ -2,17 +2,20 @@
 
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
-from pytest_lpb.documents.faults import Fault
-from pytest_lpb.motion import angle_motion
+from pytest_lpb.documents.faults import Fault, Loc
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.motion import angle_motion, turning_motion
 from pytest_lpb.names import listed
 from pytest_lpb.scenario.checks.goal import check_motion, stays_finite
-from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES
+from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES, DIMENSIONS, SAME_SHAPE
 from pytest_lpb.scenario.schema.environment import Environment
-from pytest_lpb.scenario.schema.obstacle import Obstacle
+from pytest_lpb.scenario.schema.obstacle import AxisAngle, Mesh, Obstacle
 
 DRAWN_NAME = re.compile(r"drawn[0-9]+")
-_DIMENSIONS = {"planar": 2, "pybullet": 3}
+MESH_SUFFIXES = (".obj", ".stl", ".dae")
+MAX_MESH_BYTES = 100_000_000
 
 
 def obstacle_names(obstacles: Sequence[Obstacle]) -> list[str]:
@@ -41,16 +44,59 @@ def check_shapes(obstacles: list[Obstacle], environment: Environment) -> Iterato
 
 def wrong_shape(shape: str, engine: str, allowed: Sequence[str]) -> str:
     """What to say of a shape that the engine has not."""
-    return f"{shape} is not available with the engine {engine}; allowed: {listed(allowed)}"
+    hint = f"; did you mean {SAME_SHAPE[shape]!r}?" if shape in SAME_SHAPE else ";"
+    return f"{shape} is not available with the engine {engine}{hint} allowed: {listed(allowed)}"
 
 
 def check_motions(obstacles: list[Obstacle], environment: Environment) -> Iterator[Fault]:
     """Each obstacle is placed once, in the right dimension, and stays finite for the duration."""
-    dimension = _DIMENSIONS[environment.engine]
+    dimension = DIMENSIONS[environment.engine]
     for index, obstacle in enumerate(obstacles):
         place = ("obstacles", index)
         yield from check_motion(place, obstacle, "position", (dimension, "coordinates [m]"), environment)
-        if isinstance(obstacle.orientation, list) and dimension == 2:
-            yield Fault((*place, "orientation"), "found a list of 4; in the plane an angle [rad] is required")
-        elif isinstance(obstacle.orientation, str):
-            yield from stays_finite((*place, "orientation"), angle_motion(obstacle.orientation), environment)
+        yield from _ORIENTATIONS[dimension]((*place, "orientation"), obstacle, environment)
+
+
+def _check_angle(place: Loc, obstacle: Obstacle, environment: Environment) -> Iterator[Fault]:
+    """In the plane: a number or an expression in t."""
+    if isinstance(obstacle.orientation, list | AxisAngle):
+        found = "a list of 4" if isinstance(obstacle.orientation, list) else "an axis and an angle"
+        yield Fault(place, f"found {found}; in the plane an angle [rad] is required")
+    elif isinstance(obstacle.orientation, str):
+        yield from stays_finite(place, angle_motion(obstacle.orientation), environment)
+
+
+def _check_turn(place: Loc, obstacle: Obstacle, environment: Environment) -> Iterator[Fault]:
+    """In space: a quaternion, or an axis and an angle."""
+    given = obstacle.orientation
+    if given is None:
+        return
+    if isinstance(given, str | float | int):
+        yield Fault(place, f"found {given!r}; in space a quaternion wxyz or {{axis, angle}} is required")
+        return
+    if not any(given if isinstance(given, list) else given.axis):
+        yield Fault(place, "found only zeros; they have no direction")
+        return
+    try:
+        motion = turning_motion(given if isinstance(given, list) else given.model_dump())
+    except ScenarioError as error:
+        yield Fault(place, str(error))
+        return
+    yield from stays_finite(place, motion, environment)
+
+
+_ORIENTATIONS = {2: _check_angle, 3: _check_turn}
+
+
+def check_meshes(obstacles: list[Obstacle]) -> Iterator[Fault]:
+    """Mesh files are there, and of a kind that can be read."""
+    for index, obstacle in enumerate(obstacles):
+        if not isinstance(obstacle, Mesh):
+            continue
+        path, place = Path(obstacle.file), ("obstacles", index, "file")
+        if path.suffix.lower() not in MESH_SUFFIXES:
+            yield Fault(place, f"found {path.name!r}; allowed are files {listed(MESH_SUFFIXES)}")
+        elif not path.is_file():
+            yield Fault(place, f"there is no file {path}")
+        elif path.stat().st_size > MAX_MESH_BYTES:
+            yield Fault(place, f"{path.name} has {path.stat().st_size} bytes; allowed are {MAX_MESH_BYTES}")

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Sequence
 from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.scenario.checks.goal import primary_index
 from pytest_lpb.scenario.checks.obstacles import wrong_shape
-from pytest_lpb.scenario.checks.robot import wrong_length
-from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES
+from pytest_lpb.scenario.checks.robot import position_limits, wrong_length
+from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES, DIMENSIONS
 from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.goal import Goal, MovingGoal, PositionGoal
 from pytest_lpb.scenario.schema.randomize import BoxGroup, Configuration, Group, Randomize
@@ -34,7 +34,7 @@ def check_configurations(randomize: Randomize | None, robot: Robot, structure: S
         if len(ranges.q) != structure.dof:
             yield Fault(place, wrong_length(ranges.q, structure.joints))
             continue
-        limits = (robot.limits.position if robot.limits else None) or []
+        limits = position_limits(robot, structure)
         for index, ((lower, upper), limit) in enumerate(zip(ranges.q, limits, strict=False)):
             if limit is not None and not limit[0] <= lower <= upper <= limit[1]:
                 yield Fault(
@@ -77,9 +77,9 @@ def check_groups(randomize: Randomize | None, environment: Environment) -> Itera
             yield Fault((*place, "shape"), wrong_shape(group.shape, environment.engine, allowed))
             continue
         for key in ("position", "velocity"):
-            yield from _two_ranges((*place, key), getattr(group, key))
+            yield from _ranges((*place, key), getattr(group, key), DIMENSIONS[environment.engine])
         if isinstance(group, BoxGroup):
-            yield from _two_ranges((*place, "size"), group.size)
+            yield from _ranges((*place, "size"), group.size, DIMENSIONS[environment.engine])
         yield from _farthest(place, group, environment.duration)
 
 
@@ -93,6 +93,7 @@ def _farthest(place: Loc, group: Group, duration: float) -> Iterator[Fault]:
         )
 
 
-def _two_ranges(place: Loc, ranges: Sequence[object] | None) -> Iterator[Fault]:
-    if ranges is not None and len(ranges) != 2:
-        yield Fault(place, f"found {len(ranges)} ranges; 2 required in the plane")
+def _ranges(place: Loc, ranges: Sequence[object] | None, dimension: int) -> Iterator[Fault]:
+    if ranges is not None and len(ranges) != dimension:
+        where = {2: "in the plane", 3: "in space"}[dimension]
+        yield Fault(place, f"found {len(ranges)} ranges; {dimension} required {where}")

@@ -4,26 +4,38 @@ from collections.abc import Iterator, Sequence
 
 from pytest_lpb.documents.faults import Fault
 from pytest_lpb.names import listed, suggestion
-from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, AVAILABLE_MODELS, AVAILABLE_URDF
+from pytest_lpb.scenario.robots import is_planar
+from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
 from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Model, Structure
 
 
 def check_model(robot: Robot) -> Iterator[Fault]:
-    """The robot is of a model this version has, and has no keys of other models."""
+    """The robot is of a model that is known, or of a URDF file, and has no keys of other models."""
     if (robot.model is None) == (robot.urdf is None):
         found = "neither" if robot.model is None else "both"
         yield Fault(("robot",), f"found {found} of model and urdf; exactly one is required")
+    elif is_planar(robot):
+        yield from _check_keys(robot, MODELS[robot.model or ""])
+    else:
+        yield from _check_spatial(robot)
+
+
+def _check_spatial(robot: Robot) -> Iterator[Fault]:
+    # Imported late: planar scenarios need none of it.
+    from pytest_lpb.scenario.spatial import RobotFaultError, SpatialDescription, spatial_models
+
+    known = sorted({*MODELS, *spatial_models()})
+    if robot.model is not None and robot.model not in known:
+        yield Fault(
+            ("robot", "model"), f"unknown {robot.model!r}{suggestion(robot.model, known)}; allowed: {', '.join(known)}"
+        )
         return
-    if robot.urdf is not None and not AVAILABLE_URDF:
-        yield Fault(("robot", "urdf"), f"URDF robots are not available in this version; allowed: model {_models()}")
-        return
-    if robot.model not in AVAILABLE_MODELS:
-        hint = suggestion(robot.model or "", AVAILABLE_MODELS)
-        yield Fault(("robot", "model"), f"{robot.model} is not available in this version{hint}; allowed: {_models()}")
-        return
-    yield from _check_keys(robot, MODELS[robot.model])
+    try:
+        SpatialDescription(robot)
+    except RobotFaultError as error:
+        yield error.fault
 
 
 def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
@@ -38,10 +50,21 @@ def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
         )
     if "links" in model.keys and robot.links is None:
         yield Fault(("robot", "links"), f"is missing; {robot.model} needs a count of links, or their lengths [m]")
+    if robot.limits is not None and robot.limits.effort is not None:
+        yield Fault(("robot", "limits", "effort"), "has no meaning in the plane, where nothing is driven by forces")
 
 
-def _models() -> str:
-    return listed(AVAILABLE_MODELS)
+def check_engine_fits(robot: Robot, environment: Environment) -> Iterator[Fault]:
+    """Planar robots run in the planar engine, spatial ones in PyBullet."""
+    if (robot.model is None) == (robot.urdf is None):
+        return
+    wanted = "planar" if is_planar(robot) else "pybullet"
+    if environment.engine != wanted:
+        name = robot.model or "a URDF robot"
+        yield Fault(
+            ("environment", "engine"),
+            f"{environment.engine} does not have {name}; write environment: {{engine: {wanted}}}",
+        )
 
 
 def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
@@ -52,11 +75,17 @@ def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
             ("robot", "control"),
             f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",
         )
+    elif robot.control == "torque":
+        if not environment.dynamics:
+            yield Fault(("robot", "control"), "torque needs simulated forces; write environment: {dynamics: true}")
+        if robot.base not in (None, "fixed"):
+            yield Fault(("robot", "control"), f"torque is not available for the base {robot.base}; allowed: fixed")
 
 
 def check_limits(robot: Robot, structure: Structure) -> Iterator[Fault]:
     """One limit per joint, or per action."""
-    names = {"position": structure.joints, "velocity": structure.actions, "acceleration": structure.actions}
+    names = {"position": structure.joints}
+    names |= dict.fromkeys(("velocity", "acceleration", "effort"), structure.actions)
     for key, entries in names.items():
         given = getattr(robot.limits, key, None)
         if given is not None and len(given) != len(entries):
@@ -113,7 +142,7 @@ def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fa
     if getattr(start, other) is not None:
         yield Fault(
             ("start", other),
-            f"has no meaning for the model {robot.model}; its start velocity is {structure.velocity_key}: "
+            f"has no meaning for the model {robot.model or robot.urdf}; its start velocity is {structure.velocity_key}: "
             f"{', '.join(structure.actions)}",
         )
     velocity = getattr(start, structure.velocity_key)
@@ -122,11 +151,16 @@ def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fa
     if start.q is not None and len(start.q) != structure.dof:
         yield Fault(("start", "q"), wrong_length(start.q, structure.joints))
         return
-    yield from _outside_limits(start.q or [0.0] * structure.dof, robot)
+    yield from _outside_limits(start.q or [0.0] * structure.dof, robot, structure)
 
 
-def _outside_limits(q: Sequence[float], robot: Robot) -> Iterator[Fault]:
-    limits = (robot.limits.position if robot.limits else None) or []
+def position_limits(robot: Robot, structure: Structure) -> Sequence[list[float] | None]:
+    """Position limits per q [rad or m]: the file's, else the URDF's; None: unlimited."""
+    return (robot.limits.position if robot.limits else None) or structure.position_limits
+
+
+def _outside_limits(q: Sequence[float], robot: Robot, structure: Structure) -> Iterator[Fault]:
+    limits = position_limits(robot, structure)
     for index, (value, limit) in enumerate(zip(q, limits, strict=False)):
         if limit is not None and not limit[0] <= value <= limit[1]:
             yield Fault(("start", "q", index), f"joint {index + 1}: {value:g} is outside [{limit[0]:g}, {limit[1]:g}]")

@@ -1,11 +1,12 @@
 """Checks of the engine, the clock, and how much there is to compute."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from pytest_lpb.documents.faults import Fault
-from pytest_lpb.names import is_name, listed
-from pytest_lpb.scenario.schema.available import AVAILABLE_ENGINES
+from pytest_lpb.names import is_name
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
+from pytest_lpb.scenario.schema.file import Certified
 from pytest_lpb.scenario.schema.obstacle import MAX_OBSTACLES, Obstacle
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.success import MAX_SEED, Success
@@ -15,17 +16,14 @@ _MULTIPLE = 1e-6  # [steps] a duration may miss a multiple of dt by
 
 
 def check_engine(environment: Environment) -> Iterator[Fault]:
-    """The engine is one this version has, with what it can simulate."""
-    if environment.engine not in AVAILABLE_ENGINES:
-        yield Fault(
-            ("environment", "engine"),
-            f"{environment.engine} is not available in this version; allowed: {listed(AVAILABLE_ENGINES)}",
-        )
-    elif environment.dynamics:
+    """The engine can simulate what is asked for."""
+    if environment.engine == "planar" and environment.dynamics:
         yield Fault(
             ("environment", "dynamics"),
             f"true is not available with the engine {environment.engine}; allowed: false",
         )
+    if environment.substeps is not None and not environment.dynamics:
+        yield Fault(("environment", "substeps"), "has no meaning without dynamics: true")
 
 
 def check_steps(environment: Environment) -> Iterator[Fault]:
@@ -85,3 +83,9 @@ def check_seeds(seed: int, trials: int) -> Iterator[Fault]:
     """The last seed is in range too."""
     if seed + trials - 1 > MAX_SEED:
         yield Fault(("seed",), f"{trials} trials from seed {seed} go beyond the largest seed, {MAX_SEED}")
+
+
+def check_certified(certified: Certified | None) -> Iterator[Fault]:
+    """The certified path is there."""
+    if certified is not None and certified.path is not None and not Path(certified.path).is_file():
+        yield Fault(("certified", "path"), f"there is no file {certified.path}")

@@ -1,7 +1,13 @@
-"""What this version can run of what the schema can express."""
+"""What the engines can run of what the schema can express."""
 
-AVAILABLE_ENGINES = ("planar",)
-AVAILABLE_MODELS = ("differential_drive", "planar_arm", "point")
-AVAILABLE_URDF = False  # URDF robots need the engine pybullet
-AVAILABLE_CONTROLS = {"planar": ("acceleration", "velocity")}  # per engine
-AVAILABLE_SHAPES = {"planar": ("circle", "rectangle")}  # per engine
+PLANAR_MODELS = ("differential_drive", "planar_arm", "point")
+AVAILABLE_CONTROLS = {  # per engine
+    "planar": ("acceleration", "velocity"),
+    "pybullet": ("acceleration", "velocity", "torque"),
+}
+AVAILABLE_SHAPES = {  # per engine
+    "planar": ("circle", "rectangle"),
+    "pybullet": ("sphere", "box", "cylinder", "capsule", "mesh"),
+}
+SAME_SHAPE = {"circle": "sphere", "rectangle": "box", "sphere": "circle", "box": "rectangle"}  # in the other dimension
+DIMENSIONS = {"planar": 2, "pybullet": 3}  # of the engines

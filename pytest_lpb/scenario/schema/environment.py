@@ -23,6 +23,9 @@ class Environment(Part):
     )
     safety_margin: Distance = Field(default=0.05, description="[m] clearance below which near misses are counted")
     dynamics: bool = Field(default=False, description="pybullet: simulate forces")
+    substeps: Annotated[int, Field(ge=1, le=1000)] | None = Field(
+        default=None, description="pybullet with dynamics: steps of the physics per dt; default 20"
+    )
     gravity: Vector3 = Field(default=[0.0, 0.0, -9.81], description="[m/s^2]")
     prediction: Literal["none", "constant_velocity", "exact"] = Field(
         default="constant_velocity", description="what planners are told of moving obstacles' future"

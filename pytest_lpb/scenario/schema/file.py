@@ -33,6 +33,16 @@ def _selectable(tag: str) -> str:
 Tag = Annotated[Name, AfterValidator(_selectable)]
 
 
+class Certified(Part):
+    """A path that was found and checked: proof that the problem of a seed can be solved."""
+
+    seed: Seed = Field(description="whose problem it solves")
+    length_m: Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e6)] = Field(
+        description="[m] of the primary goal's link along the path"
+    )
+    path: Text | None = Field(default=None, description="CSV file with t [s] and q in its rows")
+
+
 class ScenarioFile(Part):
     """A family of motion planning problems: contract section 2."""
 
@@ -49,6 +59,7 @@ class ScenarioFile(Part):
     seed: Seed = Field(default=0, description="first seed")
     trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] = 1
     success: Success = Success()
+    certified: Certified | None = None
     xfail: Annotated[dict[Name, XFail], Field(max_length=1000)] = Field(
         default={}, description="per planner: why it is known to fail"
     )

@@ -14,6 +14,7 @@ from pytest_lpb.scenario.schema.values import (
     Text,
     Trajectory,
     Vector,
+    Vector3,
 )
 
 MAX_OBSTACLES = 1_000
@@ -21,16 +22,28 @@ MAX_OBSTACLES = 1_000
 Quaternion = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 
 
+class AxisAngle(Part):
+    """A turn about an axis, by an angle that may depend on time."""
+
+    axis: Vector3 = Field(description="of any length but zero, in the world")
+    angle: Annotated[
+        Annotated[Coordinate, Tag("(angle)")] | Annotated[Expression, Tag("(expression)")],
+        Discriminator(lambda value: "(expression)" if isinstance(value, str) else "(angle)"),
+    ] = Field(description="[rad], or an expression in t")
+
+
+_ORIENTATION_FORMS = ((str, "(expression)"), (list, "(quaternion)"), (dict | AxisAngle, "(turn)"))
+
+
 def _orientation_form(value: Any) -> str:
-    if isinstance(value, str):
-        return "(expression)"
-    return "(quaternion)" if isinstance(value, list) else "(angle)"
+    return next((form for kind, form in _ORIENTATION_FORMS if isinstance(value, kind)), "(angle)")
 
 
 Orientation = Annotated[
     Annotated[Coordinate, Tag("(angle)")]
     | Annotated[Expression, Tag("(expression)")]
-    | Annotated[Quaternion, Tag("(quaternion)")],
+    | Annotated[Quaternion, Tag("(quaternion)")]
+    | Annotated[AxisAngle, Tag("(turn)")],
     Discriminator(_orientation_form),
 ]
 
@@ -45,7 +58,7 @@ class Placed(Part):
     periodic: bool | None = Field(default=None, description="whether the spline repeats")
     orientation: Orientation | None = Field(
         default=None,
-        description="in the plane an angle [rad] or an expression in t; in space a quaternion wxyz",
+        description="in the plane an angle [rad] or an expression in t; in space a quaternion wxyz or {axis, angle}",
     )
 
 

@@ -46,7 +46,9 @@ class Group(Part):
     ] = Field(description="how many: a number, or [fewest, most]")
     position: Box = Field(description="[lower, upper] per coordinate [m]")
     velocity: Box | None = Field(default=None, description="[lower, upper] per coordinate [m/s]; default at rest")
-    orientation: Range | None = Field(default=None, description="[lower, upper] in the plane [rad]; default 0")
+    orientation: Range | None = Field(
+        default=None, description="[lower, upper] of the angle [rad], in space about z; default 0"
+    )
 
 
 class RoundGroup(Group):

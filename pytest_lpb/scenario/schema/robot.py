@@ -63,11 +63,12 @@ class CollisionSpheres(Part):
 
 
 class Limits(Part):
-    """Limits of a robot; a missing list, or null in one, means unlimited."""
+    """Limits of a robot; a missing list means the URDF's, or unlimited; null in a list means unlimited."""
 
     position: LimitList | None = Field(default=None, description="[lower, upper] per q [rad or m]")
     velocity: LimitList | None = Field(default=None, description="[lower, upper] per action [rad/s or m/s]")
     acceleration: LimitList | None = Field(default=None, description="[lower, upper] per action [rad/s^2 or m/s^2]")
+    effort: LimitList | None = Field(default=None, description="in space: [lower, upper] per action [N m or N]")
 
 
 def _collision_form(value: Any) -> str:
@@ -83,7 +84,10 @@ Collision = Annotated[
 class Robot(Part):
     """The robot: a model known by name, or a URDF file."""
 
-    model: Name | None = Field(default=None, description="point, planar_arm, differential_drive, or a URDF model")
+    model: Name | None = Field(
+        default=None,
+        description="point, planar_arm, differential_drive; in space point_3d, arm_3d, cart, car, panda, ...",
+    )
     urdf: Text | None = Field(default=None, description="path of a URDF file, in place of model")
     name: Name | None = Field(default=None, description="key for a planner's per_robot parameters")
     links: Links | None = Field(default=None, description="planar_arm: a count of 1 m links, or their lengths [m]")
@@ -95,11 +99,14 @@ class Robot(Part):
     )
     base: Literal["fixed", "holonomic", "differential_drive", "bicycle"] | None = None
     base_pose: BasePose | None = None
+    base_size: Annotated[list[Length], Field(min_length=3, max_length=3)] | None = Field(
+        default=None, description="[m] length, width, height of a box that carries a robot on a moving base"
+    )
     wheel_base: Length | None = Field(
         default=None, description="[m] differential drive: wheel separation; bicycle: axle distance"
     )
     control: Literal["acceleration", "velocity", "torque"] = "acceleration"
-    body_radius: Length | None = Field(default=None, description="[m] radius of planar bodies")
+    body_radius: Length | None = Field(default=None, description="[m] radius of bodies that are made to measure")
     collision: Collision = "geometry"
     limits: Limits | None = None
     self_collision_pairs: Annotated[list[BodyPair], Field(max_length=10_000)] | None = Field(
