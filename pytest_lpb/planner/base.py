@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -44,6 +44,13 @@ class ObstacleInfo:
     radius: float | None  # [m]
     size: tuple[float, ...] | None  # [m] full lengths
     moving: bool
+    length: float | None = None  # [m] along z; of a capsule between its cap centres
+    file: str | None = None  # of a mesh
+    scale: float = 1.0  # of a mesh
+    concave: bool = False  # of a mesh: its inside is free
+
+
+OBSTACLE_KEYS = tuple(field.name for field in fields(ObstacleInfo))
 
 
 @dataclass(frozen=True)
@@ -97,10 +104,7 @@ class PlannerProblem:
             }
             for goal, entry in zip(problem.goal, problem.entry["goal"], strict=True)
         ]
-        obstacles = [
-            {"name": o.name, "shape": o.shape, "radius": o.radius, "size": o.size, "moving": o.moving}
-            for o in problem.obstacles
-        ]
+        obstacles = [{key: getattr(o, key) for key in OBSTACLE_KEYS} for o in problem.obstacles]
         settings = {
             "name": problem.name,
             "seed": problem.seed,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import ceil
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,42 @@ from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
 from pytest_lpb.problem.planar.arm import PlanarArm
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import Robot
+
+# Length of vectors (.., dimension) [m], by dimension.
+LENGTHS: dict[int, Callable[[FloatArray], FloatArray]] = {
+    2: lambda offset: np.hypot(offset[..., 0], offset[..., 1]),
+    3: lambda offset: np.sqrt((offset * offset).sum(axis=-1)),
+}
+
+
+class Points(Protocol):
+    """Points on a robot's bodies that obstacles push.
+
+    Attributes: radii (m,) [m]; owners, the name of each point's body.
+    """
+
+    radii: FloatArray
+    owners: list[str]
+
+    def at(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (m, dimension) [m] and Jacobians per qd (m, dimension, dof) at q."""
+
+    def nearest(self, distance: FloatArray) -> FloatArray:
+        """Which points (m, n), as True, are nearest of their body to an obstacle; of distances (m, n) [m]."""
+
+
+class Distances(Protocol):
+    """Distances of points to obstacles."""
+
+    def distances(self, points: FloatArray, observation: Observation) -> tuple[FloatArray, FloatArray]:
+        """Signed distances (m, n) [m], and unit vectors (m, n, dimension) away from the obstacles."""
+
+
+def nearest_of_bodies(distance: FloatArray, bodies: NDArray[np.intp], body_of: NDArray[np.intp]) -> FloatArray:
+    """Which points (m, n), as True, are nearest of their body: the first points of bodies, the body of each point."""
+    least = np.minimum.reduceat(distance, bodies, axis=0)
+    chosen: FloatArray = distance == least[body_of]
+    return chosen
 
 
 class ControlPoints:
@@ -86,9 +123,7 @@ class ControlPoints:
         """Which points (m, n), as True, are nearest of their body to an obstacle; of distances (m, n) [m]."""
         if self._single:
             return np.ones(distance.shape, dtype=bool)
-        least = np.minimum.reduceat(distance, self._bodies, axis=0)
-        chosen: FloatArray = distance == least[self._body_of]
-        return chosen
+        return nearest_of_bodies(distance, self._bodies, self._body_of)
 
 
 class SelfDistances:
@@ -99,7 +134,7 @@ class SelfDistances:
         points: its control points.
     """
 
-    def __init__(self, robot: Robot, points: ControlPoints) -> None:
+    def __init__(self, robot: Robot, points: Points) -> None:
         owners = np.array(points.owners)
         first: list[int] = []
         second: list[int] = []
@@ -112,11 +147,12 @@ class SelfDistances:
         self._first, self._second, self._starts = np.array(first), np.array(second), np.array(starts)
         self._pair_of = np.repeat(np.arange(len(starts)), np.diff([*starts, len(first)]))
         self._radii = points.radii[self._first] + points.radii[self._second] if first else np.zeros(0)
+        self._length = LENGTHS[robot.dimension]
 
     def nearest(self, positions: FloatArray, within: float) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
         """The nearest points of each pair of bodies closer than `within` [m]: first, second, distance [m]."""
         offset = positions[self._first] - positions[self._second]
-        distance = np.hypot(offset[:, 0], offset[:, 1]) - self._radii
+        distance = self._length(offset) - self._radii
         least = np.minimum.reduceat(distance, self._starts)
         chosen = np.flatnonzero((distance < within) & (distance == least[self._pair_of]))
         return self._first[chosen], self._second[chosen], distance[chosen]

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.task import Task, damped_inverse
+from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
@@ -40,6 +40,7 @@ class PD(Planner):
 
     def setup(self, problem: PlannerProblem) -> None:
         """Compose the task of the problem's goal."""
+        check_control(self.name, problem)
         self._task = Task(problem, self.parameters.lookahead)
         self._difference = self.parameters.derivative == "difference"
         self._previous: FloatArray | float = 0.0
@@ -53,11 +54,11 @@ class PD(Planner):
         else:
             error, jacobian = self._task.error(observation)
             inverse = damped_inverse(jacobian, self.parameters.damping)
-            error, velocity = inverse @ error, observation["u"]
+            error, velocity = inverse @ error, self._task.actuation.inputs(observation)
         if self._difference:
             derivative = (error - self._previous) / self._period
             self._previous = error
         else:
             derivative = -velocity
         action: FloatArray = self.parameters.p * error + self.parameters.k * derivative
-        return action
+        return self._task.actuation.command(action, observation)

@@ -7,6 +7,7 @@ limit avoidance, and forces brought to the joints by J^T Lambda (docs/planners.m
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 from typing import Annotated, ClassVar
@@ -15,13 +16,20 @@ import numpy as np
 from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.fields import ControlPoints, ObstacleField, SelfDistances
-from pytest_lpb.planner.task import Task, damped_inverse
+from pytest_lpb.planner.fields import LENGTHS, ControlPoints, Distances, ObstacleField, Points, SelfDistances
+from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField
+from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 NOTHING = (np.zeros((0, 2, 0)), np.zeros((0, 2)))  # no points, no forces
+
+# Control points and distances to obstacles, by dimension.
+GEOMETRY: dict[int, tuple[Callable[..., Points], Callable[..., Distances]]] = {
+    2: (ControlPoints, ObstacleField),
+    3: (SpatialControlPoints, SpatialObstacleField),
+}
 SMALL = 1e-9  # [m] two points nearer than this push each other nowhere
 
 
@@ -55,11 +63,15 @@ class PotentialField(Planner):
 
     def setup(self, problem: PlannerProblem) -> None:
         """Place the control points and compose the goal's task."""
+        check_control(self.name, problem)
         parameters = self.parameters
+        self._axes = np.arange(problem.dimension)
+        self._length = LENGTHS[problem.dimension]
         self._task = Task(problem, parameters.lookahead)
-        self._points = ControlPoints(problem.robot, parameters.spacing, parameters.lookahead)
+        control_points, obstacle_field = GEOMETRY[problem.dimension]
+        self._points = control_points(problem.robot, parameters.spacing, parameters.lookahead)
         self._own = SelfDistances(problem.robot, self._points) if problem.robot.self_collision_pairs else None
-        self._obstacles = ObstacleField(problem.obstacles) if problem.obstacles else None
+        self._obstacles = obstacle_field(problem.obstacles) if problem.obstacles else None
         self._limits = problem.robot.limits.position.T
         self._limited = bool(np.isfinite(self._limits).any())
         self._velocity_control = problem.control == "velocity"
@@ -67,13 +79,18 @@ class PotentialField(Planner):
 
     def compute_action(self, observation: Observation) -> FloatArray:
         """Acceleration of u, or u itself under velocity control: the velocity at which damping balances the forces."""
+        return self._task.actuation.command(self._composed(observation), observation)
+
+    def _composed(self, observation: Observation) -> FloatArray:
+        """The action of the inputs: attraction, repulsion, limits."""
         q = observation["q"]
         action = self._attraction(observation)
         push = self._repulsion(observation, q) if self._obstacles is not None or self._own is not None else None
         if self._limited:
             limits = self._limit_force(q)
-            if not self._task.actuation.direct:
-                limits = limits @ self._robot.action_map(q)
+            columns = self._task.actuation.input_map(q)
+            if columns is not None:
+                limits = limits @ columns
             push = limits if push is None else push + limits
         if push is None:
             return action
@@ -81,7 +98,8 @@ class PotentialField(Planner):
 
     def _attraction(self, observation: Observation) -> FloatArray:
         """F* = k_v (v_wanted - v), with v_wanted = (k_p / k_v) e no faster than `speed`, brought to the joints."""
-        parameters, task, u = self.parameters, self._task, observation["u"]
+        parameters, task = self.parameters, self._task
+        u = task.actuation.inputs(observation)
         if task.direct:
             wanted = self._wanted(observation["goal_position"] - observation["q"], observation)
             return wanted if self._velocity_control else parameters.damping * (wanted - u)
@@ -122,7 +140,7 @@ class PotentialField(Planner):
     def _from_obstacles(
         self, positions: FloatArray, jacobians: FloatArray, observation: Observation
     ) -> tuple[FloatArray, FloatArray]:
-        """Jacobians (k, 2, dof) and forces (k, 2) of the control points nearest of their bodies to an obstacle."""
+        """Jacobians (k, dimension, dof) and forces (k, dimension) of the control points nearest of their bodies to an obstacle."""
         parameters, points = self.parameters, self._points
         if self._obstacles is None:
             return NOTHING
@@ -136,7 +154,7 @@ class PotentialField(Planner):
         return jacobians[active], (pushes[active, :, None] * away[active]).sum(axis=1)
 
     def _from_own_bodies(self, positions: FloatArray, jacobians: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Jacobians (k, 2, dof) and forces (k, 2) of points relative to the nearest ones of other bodies."""
+        """Jacobians (k, dimension, dof) and forces (k, dimension) of points relative to the nearest ones of other bodies."""
         parameters = self.parameters
         if self._own is None:
             return NOTHING
@@ -144,17 +162,17 @@ class PotentialField(Planner):
         if not len(first):
             return NOTHING
         offset = positions[first] - positions[second]
-        length = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), SMALL)
+        length = np.maximum(self._length(offset), SMALL)
         bounded = np.maximum(distance, parameters.closest)
         pushes = firas(bounded, parameters.repulsion, parameters.self_influence) / length
         return jacobians[first] - jacobians[second], pushes[:, None] * offset
 
     def _actuated(self, jacobians: FloatArray, forces: FloatArray, q: FloatArray) -> FloatArray:
-        """Sum of J^T Lambda F over points with Jacobians (k, 2, dof) and forces (k, 2)."""
+        """Sum of J^T Lambda F over points with Jacobians (k, dimension, dof) and forces (k, dimension)."""
         jacobians = self._task.actuation.per_input(jacobians, q, 0.0)
         transposed = jacobians.transpose(0, 2, 1)
         square = jacobians @ transposed
-        square[:, [0, 1], [0, 1]] += self.parameters.regularisation * self.parameters.regularisation
+        square[:, self._axes, self._axes] += self.parameters.regularisation * self.parameters.regularisation
         total: FloatArray = (transposed @ np.linalg.solve(square, forces[:, :, None])).sum(axis=0)[:, 0]
         return total
 

@@ -65,6 +65,7 @@ def make_problem(scenario: str, seed: int) -> Problem:
                 "end_at": ["goal", "violation"],
                 "safety_margin": 0.1,
                 "dynamics": False,
+                "gravity": [0.0, 0.0, -9.81],
                 "prediction": "constant_velocity",
             },
             "start": {"q": [0.0] * size, "u": [0.0] * (2 if robot is DRIVE else size)},
