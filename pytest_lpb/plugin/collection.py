@@ -29,9 +29,12 @@ KEYS: pytest.StashKey[dict[str, Path]] = pytest.StashKey()  # scenario key -> fi
 # Tags that shipped scenarios use, registered as markers; users register their own in ini `markers`.
 STANDARD_TAGS = {
     "planar": "in the plane",
+    "spatial": "in space",
     "point": "a point robot",
     "arm": "a planar arm or a manipulator",
     "differential_drive": "a cart with two driven wheels",
+    "bicycle": "a car",
+    "mobile_manipulator": "an arm on a moving base",
     "static": "nothing moves but the robot",
     "moving": "obstacles or goals move",
     "random": "problems are drawn",

@@ -37,9 +37,9 @@ class Problem:
         self.end_at: frozenset[str] = frozenset(settings["end_at"])
         self.safety_margin: float = settings["safety_margin"]  # [m]
         self.prediction: str = settings["prediction"]
-        self.dynamics: bool = settings["dynamics"]
+        self.dynamics: bool = settings.get("dynamics", False)
         self.substeps: int = settings.get("substeps", 1)  # of the physics per step, with dynamics
-        self.gravity: tuple[float, ...] = tuple(settings["gravity"])  # [m/s^2]
+        self.gravity: tuple[float, ...] = tuple(settings.get("gravity", (0.0, 0.0, -9.81)))  # [m/s^2]
         self.robot: Robot = robot_from(entry["robot"])
         self.control = self.robot.control
         self.dimension: int = self.robot.dimension

@@ -16,6 +16,8 @@ def structure_of(robot: Robot) -> Structure | None:
     """The structure of a robot that can be; None for others, whose faults a check tells."""
     if is_planar(robot):
         return planar_structure(robot)
+    if (robot.model is None) == (robot.urdf is None):
+        return None
     # Imported late: planar scenarios need none of it.
     from pytest_lpb.scenario.spatial import SpatialDescription
 

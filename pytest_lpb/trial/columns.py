@@ -74,7 +74,7 @@ def _add_obstacles(columns: Columns, problem: Problem, t: FloatArray) -> None:
         positions, turns = obstacle.poses(t)
         for axis in range(problem.dimension):
             columns[f"obstacle_{obstacle.name}_{AXES[axis]}"] = np.ascontiguousarray(positions[:, axis])
-        for letter, values in zip(TURNS[problem.dimension], turns.reshape(len(t), -1).T, strict=True):
+        for letter, values in zip(TURNS[problem.dimension], np.atleast_2d(turns.T), strict=True):
             columns[f"obstacle_{obstacle.name}_{letter}"] = np.ascontiguousarray(values)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pytest_lpb.planner.base import ObstacleInfo
 from pytest_lpb.planner.fields import ControlPoints, ObstacleField, SelfDistances
-from pytest_lpb.planner.task import point_on_link
+from pytest_lpb.planner.planar_rows import point_on_link
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.planar.shapes import SHAPES
 

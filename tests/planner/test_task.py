@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_lpb.planner.task import Actuation, Task, damped_inverse, point_on_link
+from pytest_lpb.planner.actuation import actuation_of
+from pytest_lpb.planner.planar_rows import point_on_link
+from pytest_lpb.planner.task import Task, damped_inverse
 from pytest_lpb.problem.goal import goal_from
 from pytest_lpb.problem.planar.robot import PlanarRobot
 
@@ -91,7 +93,7 @@ def test_error_is_what_the_environment_measures(case: str) -> None:
 @pytest.mark.parametrize("lookahead", [0.05, 0.3])
 def test_a_cart_s_jacobian_is_that_of_the_point_ahead(lookahead: float) -> None:
     robot = problem_of(CART, [reach("base", 0, 0)]).robot
-    actuation = Actuation(robot, lookahead)
+    actuation = actuation_of(robot, "acceleration", 0.05, lookahead)
     for q in states(CART):
         jacobian = actuation.per_input(robot.jacobian(q, "base")[:2], q)
         for column, move in zip(jacobian.T, robot.action_map(q).T, strict=True):
@@ -103,7 +105,7 @@ def test_a_cart_s_jacobian_is_that_of_the_point_ahead(lookahead: float) -> None:
 
 @pytest.mark.parametrize(("distance", "lookahead"), [(0.0, 0.05), (0.06, 0.05), (0.2, 0.1), (0.6, 0.3), (5.0, 0.3)])
 def test_lookahead_is_half_the_distance_within_bounds(distance: float, lookahead: float) -> None:
-    actuation = Actuation(problem_of(CART, [reach("base", 0, 0)]).robot, 0.3)
+    actuation = actuation_of(problem_of(CART, [reach("base", 0, 0)]).robot, "acceleration", 0.05, 0.3)
     assert actuation.lookahead_at(np.array([0.6 * distance, -0.8 * distance])) == pytest.approx(lookahead)
 
 

@@ -18,7 +18,7 @@ from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import robot_from
 from pytest_lpb.scenario.draw import check_feasible, draw_problem, obstacle_counts, parts_drawn
-from pytest_lpb.scenario.feasibility import FreeSpace
+from pytest_lpb.scenario.feasibility import is_free
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
 from pytest_lpb.scenario.load import Scenario, load_scenario
 
@@ -231,7 +231,7 @@ def test_crowded_problems_are_feasible_with_margin(scenario: Write) -> None:
     redrawn = 0
     for seed in range(30):
         problem = draw_problem(family, seed, ALL)
-        space = FreeSpace(problem.robot, problem.obstacles)
+        space = problem.robot.collision_space(problem.obstacles)
         start, target = problem.start_q.tolist(), problem.to_dict()["goal"][0]["target"]
         assert space.clearance(start)[0] >= 0.1
         reachable = goal_configurations(problem.robot, problem.goal, problem.start_q)
@@ -309,8 +309,8 @@ def test_goals_drawn_in_joint_space_are_reachable_by_construction(scenario: Writ
         assert solutions
         angle = robot.link_angle(solutions[0].tolist(), "end")
         assert abs((angle - targets["turn"][0] + pi) % (2 * pi) - pi) <= 0.1
-        space = FreeSpace(robot, problem.obstacles)
-        assert any(space.free(q.tolist(), 0.0) for q in solutions)
+        space = robot.collision_space(problem.obstacles)
+        assert any(is_free(space, q.tolist(), 0.0) for q in solutions)
 
 
 def test_goals_drawn_in_joint_space_come_from_forward_kinematics(scenario: Write) -> None:

@@ -15,7 +15,7 @@ Check = Callable[..., Iterator[Fault]]
 # (check, what it needs): parts of the file, or `structure`, the names of the robot's joints and bodies.
 CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (robot.check_model, ("robot",)),
-    (robot.check_engine_fits, ("robot", "environment")),
+    (robot.check_engine_fits, ("robot", "environment", "structure")),
     (robot.check_control, ("robot", "environment")),
     (robot.check_limits, ("robot", "structure")),
     (robot.check_spheres, ("robot", "structure")),

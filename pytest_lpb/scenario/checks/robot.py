@@ -5,10 +5,12 @@ from collections.abc import Iterator, Sequence
 from pytest_lpb.documents.faults import Fault
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.scenario.robots import is_planar
-from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS
+from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, DIMENSIONS
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
 from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Model, Structure
+
+ENGINES = {dimension: engine for engine, dimension in DIMENSIONS.items()}
 
 
 def check_model(robot: Robot) -> Iterator[Fault]:
@@ -54,11 +56,9 @@ def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
         yield Fault(("robot", "limits", "effort"), "has no meaning in the plane, where nothing is driven by forces")
 
 
-def check_engine_fits(robot: Robot, environment: Environment) -> Iterator[Fault]:
+def check_engine_fits(robot: Robot, environment: Environment, structure: Structure) -> Iterator[Fault]:
     """Planar robots run in the planar engine, spatial ones in PyBullet."""
-    if (robot.model is None) == (robot.urdf is None):
-        return
-    wanted = "planar" if is_planar(robot) else "pybullet"
+    wanted = ENGINES[structure.dimension]
     if environment.engine != wanted:
         name = robot.model or "a URDF robot"
         yield Fault(

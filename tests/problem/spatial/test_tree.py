@@ -37,7 +37,6 @@ class Peer:
         count = self.client.call("getNumJoints", self.body)
         information = [self.client.call("getJointInfo", self.body, index) for index in range(count)]
         self.links = {item[12].decode(): item[0] for item in information}
-        self.sources: list[tuple[str, float]] = []
         joints = {joint.name: joint for joint in robot.urdf.joints}
         self.moving = [item[0] for item in information if item[2] != pybullet.JOINT_FIXED]
         self.rules = []
