@@ -15,7 +15,7 @@ from pytest_lpb.environment.engine import Engine, engine_for
 from pytest_lpb.environment.limits import ActionLimits
 from pytest_lpb.environment.monitor import Monitor
 from pytest_lpb.environment.observation import Observation
-from pytest_lpb.environment.spaces import action_space, observation_space
+from pytest_lpb.environment.spaces import action_limits, action_space, observation_space
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
@@ -179,7 +179,9 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
                 f"options: problem: it has {len(problem.obstacles)} obstacles; this environment has room for {capacity}"
             )
         views = Observation(problem, self._preview, capacity, padded=self._padded).views
-        if observation_space(views) != self.observation_space or action_space(problem) != self.action_space:
+        shapes = {name: view.shape for name, view in views.items()}
+        present = {name: view.shape for name, view in self._observation.views.items()}
+        if shapes != present or not np.array_equal(action_limits(problem), action_limits(self.problem)):
             raise LpbError(
                 "options: problem: its observations or actions differ from this environment's; make one for it"
             )

@@ -11,14 +11,17 @@ from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 
 
+def action_limits(problem: Problem) -> FloatArray:
+    """Lower and upper limits (n_actions, 2) of velocity, acceleration or effort, as the robot is controlled."""
+    limits = problem.robot.limits
+    return {"velocity": limits.velocity, "acceleration": limits.acceleration, "torque": limits.effort}[
+        problem.robot.control
+    ]
+
+
 def action_space(problem: Problem) -> spaces.Box:
-    """Box of the actions within the robot's limits: velocity, acceleration or effort, as it is controlled."""
-    robot = problem.robot
-    limits = {
-        "velocity": robot.limits.velocity,
-        "acceleration": robot.limits.acceleration,
-        "torque": robot.limits.effort,
-    }[robot.control]
+    """Box of the actions within the robot's limits."""
+    limits = action_limits(problem)
     return spaces.Box(limits[:, 0], limits[:, 1], dtype=np.float64)
 
 

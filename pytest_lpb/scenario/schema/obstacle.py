@@ -6,26 +6,25 @@ from pydantic import Discriminator, Field, Tag
 
 from pytest_lpb.scenario.schema.values import (
     Coordinate,
+    Direction3,
     Expression,
     Length,
     Name,
     Part,
+    Quaternion,
     Spline,
     Text,
     Trajectory,
     Vector,
-    Vector3,
 )
 
 MAX_OBSTACLES = 1_000
-
-Quaternion = Annotated[list[Coordinate], Field(min_length=4, max_length=4)]
 
 
 class AxisAngle(Part):
     """A turn about an axis, by an angle that may depend on time."""
 
-    axis: Vector3 = Field(description="of any length but zero, in the world")
+    axis: Direction3 = Field(description="of any length but zero, in the world")
     angle: Annotated[
         Annotated[Coordinate, Tag("(angle)")] | Annotated[Expression, Tag("(expression)")],
         Discriminator(lambda value: "(expression)" if isinstance(value, str) else "(angle)"),

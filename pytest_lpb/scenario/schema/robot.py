@@ -11,6 +11,7 @@ from pytest_lpb.scenario.schema.values import (
     Length,
     Name,
     Part,
+    Quaternion,
     Range,
     Text,
     Vector3,
@@ -48,9 +49,7 @@ class BasePose(Part):
     """Where the base of a URDF robot stands."""
 
     position: Vector3 = Field(default=[0.0, 0.0, 0.0], description="[m]")
-    orientation: Annotated[list[Coordinate], Field(min_length=4, max_length=4)] = Field(
-        default=[1.0, 0.0, 0.0, 0.0], description="quaternion wxyz"
-    )
+    orientation: Quaternion = Field(default=[1.0, 0.0, 0.0, 0.0], description="quaternion wxyz")
 
 
 class CollisionSpheres(Part):
@@ -91,8 +90,8 @@ class Robot(Part):
     urdf: Text | None = Field(default=None, description="path of a URDF file, in place of model")
     name: Name | None = Field(default=None, description="key for a planner's per_robot parameters")
     links: Links | None = Field(default=None, description="planar_arm: a count of 1 m links, or their lengths [m]")
-    joints: Annotated[list[Name], Field(min_length=1, max_length=MAX_LINKS), Distinct] | None = Field(
-        default=None, description="URDF: planned joints in the order of q"
+    joints: Annotated[list[Name], Field(max_length=MAX_LINKS), Distinct] | None = Field(
+        default=None, description="URDF: planned joints in the order of q; []: only the base moves"
     )
     locked_joints: Annotated[dict[Name, Coordinate], Field(max_length=1000)] | None = Field(
         default=None, description="URDF: joints held at a position [rad or m]"

@@ -1,6 +1,7 @@
 """Numbers, names and other small values of a scenario file, with their bounds."""
 
 from collections.abc import Callable
+from math import hypot
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
@@ -13,6 +14,8 @@ from pytest_lpb.problem.criterion import CRITERION, parse_criterion
 MAX_COORDINATE = 1e6  # [m or rad]
 MAX_LENGTH = 1e4  # [m]
 MAX_TEXT = 10_000  # characters
+NO_DIRECTION = 1e-9  # a vector of this length or less has none
+UNIT_ERROR = 1e-12  # of the length of a quaternion that counts as one already
 
 
 class Part(BaseModel):
@@ -52,6 +55,18 @@ def _distinct(values: list[Any]) -> list[Any]:
     return values
 
 
+def _directed(vector: list[float]) -> list[float]:
+    if hypot(*vector) <= NO_DIRECTION:
+        raise ValueError(f"found {vector}; a vector of zeros has no direction")
+    return vector
+
+
+def _unit(quaternion: list[float]) -> list[float]:
+    length = hypot(*_directed(quaternion))
+    # To normalise again must change nothing: a concrete problem repeats to the last bit.
+    return quaternion if abs(length - 1.0) <= UNIT_ERROR else [value / length for value in quaternion]
+
+
 def _number_as_text(value: Any) -> Any:
     return repr(float(value)) if is_number(value) else value
 
@@ -71,6 +86,8 @@ Text = Annotated[str, StringConstraints(max_length=MAX_TEXT)]
 Distinct = AfterValidator(_distinct)
 
 Vector3 = Annotated[list[Coordinate], Field(min_length=3, max_length=3)]
+Direction3 = Annotated[list[Coordinate], Field(min_length=3, max_length=3), AfterValidator(_directed)]
+Quaternion = Annotated[list[Coordinate], Field(min_length=4, max_length=4), AfterValidator(_unit)]  # wxyz, normalised
 Vector = Annotated[list[Coordinate], Field(min_length=1, max_length=300)]
 Range = Annotated[list[Coordinate], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
 LengthRange = Annotated[
