@@ -12,13 +12,14 @@ from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.world import World
 
 UNLIMITED_EFFORT = 1e5  # [N or N m] of a motor without a limit
+MAX_LAG = 0.5  # [rad/s or m/s] by which motors may trail what was commanded before the command starts from them anew
 
 
 class DynamicMotion:
     """Steps PyBullet's physics in `substeps` per step of the problem.
 
     Velocity and acceleration control set the targets of velocity motors, as strong as the robot's effort limits allow;
-    under acceleration control the target is the velocity that the acceleration leads to. Under torque control the
+    under acceleration control the target is the velocity that all accelerations so far lead to. Under torque control the
     motors are off. A non-holonomic base is driven along the directions it can move in. Entries of q that move no joint,
     such as the steering angle of a car without steering joints, follow their commands exactly.
     """
@@ -54,6 +55,7 @@ class DynamicMotion:
             call("resetJointState", self._world.robot, joint, q[source], velocity[source])
         self._motors(velocity, strengths=[0.0] * len(self._joints) if self._robot.control == "torque" else None)
         self._q = list(q)
+        self._commanded = list(u)
         return q, u
 
     def advance(self, q: list[float], u: list[float], action: list[float]) -> tuple[list[float], list[float]]:
@@ -69,11 +71,14 @@ class DynamicMotion:
             self._step()
 
     def _by_acceleration(self, u: list[float], action: list[float]) -> None:
+        start = [c if abs(c - v) < MAX_LAG else v for c, v in zip(self._commanded, u, strict=True)]
+        target = start
         for substep in range(1, self._substeps + 1):
             elapsed = substep * self._dt
-            target = [v + a * elapsed for v, a in zip(u, action, strict=True)]
+            target = [v + a * elapsed for v, a in zip(start, action, strict=True)]
             self._motors(self._robot.joint_velocity(self._q, target))
             self._step()
+        self._commanded = target
 
     def _by_torque(self, u: list[float], action: list[float]) -> None:  # noqa: ARG002 - as above
         for _ in range(self._substeps):

@@ -74,7 +74,7 @@ def success_weighted_path_length(trajectory: Trajectory) -> float:
     Anderson et al. 2018, "On Evaluation of Embodied Navigation Agents". L is the path length to the goal, L*
     that of the certified path.
     """
-    shortest = getattr(trajectory.problem, "certified_path_length_m", None)
+    shortest = trajectory.problem.certified_path_length_m
     if shortest is None:
         return math.nan
     length = path_length_to_goal(trajectory)

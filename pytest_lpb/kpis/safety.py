@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from pytest_lpb.kpis.derived import measured, norms, of_joint_type, once, smallest, time_average
+from pytest_lpb.kpis.contact import round_body
+from pytest_lpb.kpis.derived import measured, of_joint_type, once, smallest, time_average
 from pytest_lpb.kpis.registry import kpi
 from pytest_lpb.trajectory import FloatArray, Trajectory
 
 ROUND_SHAPES = ("circle", "sphere")
-AT_REST = 1e-9  # [m/s] closing speeds up to this are rounding errors, not an approach
 
 
 @once
@@ -70,42 +70,19 @@ def near_miss_time(trajectory: Trajectory) -> float:
 def time_to_collision_min(trajectory: Trajectory) -> float:
     """Smallest time to contact with a round obstacle at the velocities of any row [s]; 0 in contact.
 
-    The disc of a point or base and the obstacle keep their velocities (van der Horst & Hogema 1993,
-    "Time-to-Collision and Collision Avoidance Systems", here in the plane). Other shapes are left out.
+    The body of a point or base and the obstacle keep their velocities (van der Horst & Hogema 1993,
+    "Time-to-Collision and Collision Avoidance Systems"): discs in the plane, balls in space, where a base may also be
+    an upright cylinder, which meets balls at their heights of that row. Other shapes are left out.
     NaN for other robots, and when nothing round is ever approached.
     """
-    problem = trajectory.problem
-    robot = problem.robot
-    if problem.dimension != 2 or (robot.model != "point" and robot.base == "fixed"):
+    body = round_body(trajectory)
+    if body is None:
         return math.nan
-    own_position, own_velocity = trajectory.q[:, :2], trajectory.qd[:, :2]
+    problem = trajectory.problem
     times = [math.nan]
     for obstacle in problem.obstacles:
         if obstacle.shape in ROUND_SHAPES and obstacle.radius is not None:
-            offset = trajectory.obstacle(obstacle.name)[:, :2] - own_position
-            velocity = obstacle.motion.evaluate(trajectory.t)[1] - own_velocity
-            radius = robot.body_radius + obstacle.radius
-            times.append(smallest(time_to_contact(measured(offset), measured(velocity), radius)))
+            position = trajectory.obstacle(obstacle.name)[:, : problem.dimension]
+            velocity = obstacle.motion.evaluate(trajectory.t)[1]
+            times.append(smallest(body.times_to(position, velocity, obstacle.radius)))
     return smallest(np.array(times))
-
-
-def time_to_contact(offset: FloatArray, velocity: FloatArray, radius: float) -> FloatArray:
-    """Smallest t >= 0 with |offset + velocity t| <= radius, for each row; NaN where there is none.
-
-    Args:
-        offset: centre of one disc seen from the other's, (N, m) [m].
-        velocity: of the one relative to the other, (N, m) [m/s].
-        radius: sum of both radii [m].
-
-    Returns:
-        Times, (N,) [s]; 0 where the discs touch or overlap.
-    """
-    gap = np.einsum("ij,ij->i", offset, offset) - radius * radius
-    closing = -np.einsum("ij,ij->i", offset, velocity)
-    discriminant = closing * closing - np.einsum("ij,ij->i", velocity, velocity) * gap
-    times = np.full(len(offset), np.nan)
-    meets = (gap > 0.0) & (closing > AT_REST * norms(offset)) & (discriminant >= 0.0)
-    # The smaller root as gap / (closing + root): no cancellation when the discs are slow or far apart.
-    times[meets] = gap[meets] / (closing[meets] + np.sqrt(discriminant[meets]))
-    times[gap <= 0.0] = 0.0
-    return times

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from pytest_lpb.documents.faults import Fault, Key, capped, key_path
 from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
-from pytest_lpb.errors import ScenarioError
+from pytest_lpb.errors import MissingRobotsError, ScenarioError
 from pytest_lpb.problem.criterion import Criterion, parse_criterion
 from pytest_lpb.scenario.canonical import Plain, concrete_form, randomize_form
 from pytest_lpb.scenario.checks import check
@@ -97,6 +97,7 @@ def load_scenario(path: Path) -> Scenario:
 
     Raises:
         ScenarioError: one `file:line: key: what was found, what is allowed` per fault, all at once.
+        MissingRobotsError: the robot comes with a package that is not installed, so nothing else can be checked.
     """
     path = Path(path)
     name = shown_path(path)
@@ -151,7 +152,11 @@ def _checked(document: Document, name: str) -> ScenarioFile:
         faults = faults_of(error, ScenarioFile, document.data)
         wrong = frozenset(str(fault.loc[0]) for fault in faults if fault.loc)
         file = ScenarioFile.model_construct(**valid_parts(ScenarioFile, document.data, set(wrong)))
-    faults += check(file, wrong)
+    try:
+        faults += check(file, wrong)
+    except MissingRobotsError as error:
+        place = ("robot", "model")
+        raise MissingRobotsError(_line(name, document.line_of(place), Fault(place, str(error)))) from None
     if faults:
         placed = sorted(((document.line_of(fault.loc), fault) for fault in faults), key=itemgetter(0))
         lines = dict.fromkeys(_line(name, line, fault) for line, fault in placed)

@@ -1,4 +1,4 @@
-"""The `robot` section of a spatial robot with every default filled in, from its URDF and what is known of it by name."""
+"""The `robot` section of a spatial robot with every default filled in: from its URDF, and what is known by name."""
 
 from __future__ import annotations
 
@@ -9,19 +9,22 @@ from typing import Any
 
 from pytest_lpb.documents.faults import Fault
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.names import suggestion
+from pytest_lpb.names import is_name, suggestion
 from pytest_lpb.problem.spatial.base import BASES
 from pytest_lpb.problem.spatial.composition import composed
 from pytest_lpb.problem.spatial.generated import GENERATED, GeneratedModel, Sizes
 from pytest_lpb.problem.spatial.library import LibraryRobot, known_robots, library_robot
 from pytest_lpb.problem.spatial.urdf import Joint, UrdfModel
 from pytest_lpb.problem.spatial.urdf_reader import load_urdf
-from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
+from pytest_lpb.scenario.robot_names import wrong_name
+from pytest_lpb.scenario.schema.robot import MAX_LINKS, BasePose, CollisionSpheres, Robot
+from pytest_lpb.scenario.schema.values import MAX_COORDINATE
 from pytest_lpb.scenario.structure import Structure
 
 DEFAULT_WHEEL_BASE_M = 0.5
 WHEELED = ("differential_drive", "bicycle")
 POINT = "point_3d"
+URDF_SUFFIX = ".urdf"  # what tells a URDF with meshes from a mesh where files are copied
 
 Entry = dict[str, Any]
 
@@ -47,7 +50,7 @@ class SpatialDescription:
 
     Attributes: entry, as a concrete problem has it; structure, the names of its parts.
 
-    Raises RobotFaultError for a robot that cannot be.
+    Raises RobotFaultError for a robot that cannot be, MissingRobotsError for one that is not installed.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -56,6 +59,7 @@ class SpatialDescription:
         self._library = self._from_library()
         self._model = self._load()
         self._base = self._base_name()
+        self._check_names()
         self._joints = self._planned()
         self._locked = self._locked_joints()
         self.entry = self._entry()
@@ -79,10 +83,34 @@ class SpatialDescription:
                 wheel_base=robot.wheel_base or self._generated.wheel_base or DEFAULT_WHEEL_BASE_M,
             )
             return self._generated.build(sizes)
+        if robot.urdf is not None:
+            self._check_file(Path(robot.urdf))
         try:
             return load_urdf(self._library.path if self._library else Path(robot.urdf or ""))
-        except ScenarioError as error:
-            raise self._fault("urdf" if robot.urdf else "model", str(error)) from None
+        except (OSError, ScenarioError) as error:
+            raise self._fault(self._source, str(error)) from None
+
+    @property
+    def _source(self) -> str:
+        """The key that names the robot."""
+        return "model" if self._robot.urdf is None else "urdf"
+
+    def _check_file(self, path: Path) -> None:
+        if path.suffix != URDF_SUFFIX:
+            hint = "; run xacro on it first and use what it writes" if path.suffix == ".xacro" else ""
+            raise self._fault("urdf", f"found {path.name!r}; the name of a URDF file ends in {URDF_SUFFIX}{hint}")
+        if not path.is_file():
+            raise self._fault("urdf", f"there is no file {path}")
+        if self._robot.name is None and not is_name(path.stem):
+            raise self._fault("urdf", f"{path.stem!r} cannot be the robot's name; give it another with the key name")
+
+    def _check_names(self) -> None:
+        if self._generated is not None:
+            return
+        carried = self._robot.base_size is not None
+        wrong = wrong_name(self._model, BASES[self._base].joints, carried=carried)
+        if wrong is not None:
+            raise self._fault(self._source, wrong)
 
     def _base_name(self) -> str:
         known = self._generated or self._library
@@ -101,17 +129,24 @@ class SpatialDescription:
         if given is None:
             listed = self._library.joints if self._library else None
             left = {*(self._robot.locked_joints or {}), *self._steering()}
-            left |= {name for name in movable if _is_wheel(self._model.joint(name))}
-            planned = tuple(name for name in listed or movable if listed or name not in left)
+            if listed is None:
+                left |= {name for name in movable if _is_wheel(self._model.joint(name))}
+            planned = tuple(name for name in listed or movable if name not in left)
         else:
             for index, name in enumerate(given):
                 self._check_joint(("joints", index), name, movable)
             planned = tuple(given)
         if not planned and self._base == "fixed":
             raise self._fault("joints", f"{self._model.name} has no joint that moves, and its base is fixed")
+        if len(planned) > MAX_LINKS:
+            what = f"{self._model.name} has {len(planned)} joints that move; name those to plan, at most {MAX_LINKS}"
+            raise self._fault("joints", what)
         return planned
 
     def _check_joint(self, place: tuple[str | int, ...], name: str, movable: Sequence[str]) -> None:
+        if name in self._steering():
+            why = "is turned by the base's steering angle, delta; it can be neither planned nor locked"
+            raise RobotFaultError(Fault(("robot", *place), f"joint {name!r} {why}"))
         if name in movable:
             return
         known = {joint.name: joint for joint in self._model.joints}
@@ -153,7 +188,7 @@ class SpatialDescription:
             "locked_joints": self._locked,
             "control": robot.control,
             "base": self._base,
-            "base_pose": None if robot.base_pose is None else robot.base_pose.model_dump(),
+            "base_pose": (robot.base_pose or BasePose()).model_dump(),
             "base_size": robot.base_size,
             "wheel_base": wheel_base,
             "body_radius": robot.body_radius or (generated.body_radius if generated else None),
@@ -177,6 +212,8 @@ class SpatialDescription:
             raise self._fault("base_size", "has no meaning for a fixed base; see base_pose")
         if robot.wheel_base is not None and self._base not in WHEELED:
             raise self._fault("wheel_base", f"has no meaning for the base {self._base}")
+        if robot.control == "torque" and moving:
+            raise self._fault("control", f"torque is not available for the base {self._base}; allowed: fixed")
 
     def _limits(self) -> Entry:
         base = BASES[self._base]
@@ -193,10 +230,10 @@ class SpatialDescription:
             "acceleration": free + [None] * len(joints),
             "effort": free + [_pair(-joint.effort, joint.effort) for joint in joints],
         }
-        given = self._robot.limits
-        if given is None:
-            return filled
-        return {key: value if getattr(given, key) is None else getattr(given, key) for key, value in filled.items()}
+        for key in self._robot.limits.model_fields_set if self._robot.limits else ():
+            given = getattr(self._robot.limits, key)
+            filled[key] = [None] * len(filled[key]) if given is None else given
+        return filled
 
     def _structure(self) -> Structure:
         try:
@@ -228,4 +265,6 @@ def _nearest_to_zero(joint: Joint) -> float:
 
 
 def _pair(lower: float, upper: float) -> list[float] | None:
-    return [lower, upper] if isfinite(lower) and isfinite(upper) else None
+    """Limits as a scenario file can have them; some URDFs write 1e16 for none."""
+    bounded = [max(lower, -MAX_COORDINATE), min(upper, MAX_COORDINATE)]
+    return None if bounded == [-MAX_COORDINATE, MAX_COORDINATE] else bounded

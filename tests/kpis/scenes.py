@@ -36,7 +36,7 @@ class Placement:
 
 
 ORIGIN = Placement()
-Scene = Callable[[float, Placement], Trajectory]
+Scene = Callable[..., Trajectory]  # of the step [s] and a placement; without it, at the origin
 
 
 def _timing(rows: int) -> dict[str, Array]:

@@ -13,7 +13,8 @@ from pytest_lpb.kpis.registry import Kpi, Registry, evaluate_kpis, load_builtin
 from pytest_lpb.trajectory import Trajectory
 
 from .scenes import ORIGIN, PLACEABLE, SCENES, Placement, Scene
-from .trials import ARM, make_problem, make_trial
+from .spatial_scenes import ANYWHERE, HERE, SPATIAL, SpatialPlacement, flight, flying, rolling
+from .trials import ARM, POINT_3D, REACH, make_problem, make_trial
 
 STEP = 0.02  # [s]
 SENTINELS = {-1.0, 1000.0, 999.0, -999.0, 1e6, 1e9}
@@ -61,7 +62,7 @@ def value_of(entry: Kpi, trajectory: Trajectory) -> float:
 
 
 def check_step(entry: Kpi, scene: Scene) -> None:
-    coarse, fine = (value_of(entry, scene(dt, ORIGIN)) for dt in (STEP, STEP / 2.0))
+    coarse, fine = (value_of(entry, scene(dt)) for dt in (STEP, STEP / 2.0))
     allowed = 0.01 * abs(coarse) + 1e-4 + (2.0 * STEP if entry.unit == "s" else 0.0)
     assert fine == pytest.approx(coarse, abs=allowed, rel=0.0, nan_ok=True)
 
@@ -73,13 +74,20 @@ def check_frame(entry: Kpi, scene: Scene, place: Placement) -> None:
     assert after == pytest.approx(before, rel=1e-6, abs=1e-6, nan_ok=True)
 
 
+def check_spatial_frame(entry: Kpi, scene: Scene, place: SpatialPlacement) -> None:
+    # As above: a ball's coordinates are the world's, so that its limits are a box there.
+    here = SpatialPlacement(angle=2.0 * math.pi)
+    before, after = value_of(entry, scene(STEP, here)), value_of(entry, scene(STEP, place))
+    assert after == pytest.approx(before, rel=1e-6, abs=1e-6, nan_ok=True)
+
+
 def check_degenerate(entry: Kpi, trial: Callable[[], Trajectory]) -> None:
     value = value_of(entry, trial())
     assert math.isnan(value) or value not in SENTINELS
 
 
 @each_kpi
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", (*SCENES, *SPATIAL))
 def test_stable_when_the_step_is_halved(entry: Kpi, scene: Scene) -> None:
     if entry.name not in STEP_DEPENDENT:
         check_step(entry, scene)
@@ -106,10 +114,36 @@ def test_the_same_wherever_the_scene_lies(scene: Scene, place: Placement) -> Non
         check_frame(entry, scene, place)
 
 
+LENGTHS = st.floats(-50.0, 50.0)
+AXES_OF_TURNS = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda axis: math.hypot(*axis) > 0.1)
+IN_SPACE = st.builds(SpatialPlacement, AXES_OF_TURNS, st.floats(0.1, 6.0), st.tuples(LENGTHS, LENGTHS, LENGTHS))
+ON_THE_GROUND = st.builds(
+    SpatialPlacement,
+    angle=st.floats(0.1, 6.0),
+    shift=st.tuples(LENGTHS, LENGTHS, st.just(0.0)),
+)
+
+
+@pytest.mark.parametrize("scene", ANYWHERE)
+@settings(max_examples=5, deadline=None)
+@given(place=IN_SPACE)
+def test_the_same_wherever_the_scene_lies_in_space(scene: Scene, place: SpatialPlacement) -> None:
+    for entry in KPIS:
+        check_spatial_frame(entry, scene, place)
+
+
+@settings(max_examples=5, deadline=None)
+@given(place=ON_THE_GROUND)
+def test_the_same_wherever_a_base_drives(place: SpatialPlacement) -> None:
+    for entry in KPIS:
+        check_spatial_frame(entry, rolling, place)
+
+
 @each_kpi
-def test_applies_to_some_scene(entry: Kpi) -> None:
+@pytest.mark.parametrize("scenes", [SCENES, SPATIAL], ids=["plane", "space"])
+def test_applies_to_some_scene(entry: Kpi, scenes: tuple[Scene, ...]) -> None:
     """Else the properties above would hold of NaN alone."""
-    assert any(math.isfinite(value_of(entry, scene(STEP, ORIGIN))) for scene in SCENES)
+    assert any(math.isfinite(value_of(entry, scene(STEP))) for scene in scenes)
 
 
 def nothing_happens() -> Trajectory:
@@ -149,7 +183,22 @@ def arm_at_rest() -> Trajectory:
     return make_trial(make_problem(ARM, goal=[goal]), np.zeros((20, 2)), outcome="timeout")
 
 
-DEGENERATE = (nothing_happens, one_row, two_rows, standing_still, diverging, lost, arm_at_rest)
+def ball_at_rest() -> Trajectory:
+    goal = {**REACH, "target": [2.0, 0.0, 1.0]}
+    return make_trial(make_problem(POINT_3D, goal=[goal]), np.zeros((20, 3)), outcome="timeout")
+
+
+def ball_lost() -> Trajectory:
+    path, velocity, action = flight(STEP)
+    path[30:] = np.nan
+    velocity[40:] = np.inf
+    return make_trial(flying(STEP).problem, path, qd=velocity, action=action, outcome="environment_error")
+
+
+DEGENERATE = (
+    *(nothing_happens, one_row, two_rows, standing_still, diverging, lost, arm_at_rest),
+    *(ball_at_rest, ball_lost),
+)
 
 
 @each_kpi

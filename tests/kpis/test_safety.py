@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_lpb.kpis.contact import time_to_contact
 from pytest_lpb.kpis.safety import (
     clearance_mean,
     clearance_min,
     joint_limit_margin_m,
     near_miss_time,
     time_to_collision_min,
-    time_to_contact,
 )
 
 from .trials import ARM, Array, make_problem, make_trial

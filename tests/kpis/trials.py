@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.problem.robot import robot_from
+from pytest_lpb.trajectory import AXES, Trajectory
+from tests.problem.spatial import robots
 
 Array = NDArray[np.float64]
 
@@ -34,6 +36,9 @@ CART: dict[str, Any] = {
     "wheel_base": 0.5,
     "body_radius": 0.2,
 }
+POINT_3D: dict[str, Any] = robots.robot_entry(robots.POINT)
+ARM_3D: dict[str, Any] = robots.robot_entry(robots.ARM)
+CART_3D: dict[str, Any] = robots.robot_entry(robots.CART)
 REACH: dict[str, Any] = {
     "name": "reach",
     "type": "position",
@@ -55,21 +60,21 @@ def make_problem(
     limits: Sequence[Sequence[float] | None] | None = None,
 ) -> Problem:
     robot = {**(robot or POINT), "limits": {"position": limits}}
-    size = {"point": 2, "planar_arm": 2, "differential_drive": 3}[robot["model"]]
-    actions = size if robot["model"] != "differential_drive" else 2
+    made = robot_from(robot)
     return Problem.from_dict(
         {
             "robot": robot,
             "environment": {
-                "engine": "planar",
+                "engine": {2: "planar", 3: "pybullet"}[made.dimension],
                 "dt": dt,
                 "duration": duration,
                 "end_at": ["goal", "violation"],
                 "safety_margin": safety_margin,
                 "dynamics": False,
+                "gravity": [0.0, 0.0, -9.81],
                 "prediction": "constant_velocity",
             },
-            "start": {"q": [0.0] * size, "u": [0.0] * actions},
+            "start": {"q": [0.0] * made.dof, "u": [0.0] * made.n_actions},
             "goal": list(goal),
             "obstacles": list(obstacles),
             "success": {"hold_time": hold_time},
@@ -106,7 +111,7 @@ def make_trial(
         data |= {f"{name}{i}": action[:, i] for i in range(action.shape[1])}
     links = problem.robot.link_positions(q)
     for index, link in enumerate(problem.robot.link_names):
-        data |= {f"link_{link}_x": links[:, index, 0], f"link_{link}_y": links[:, index, 1]}
+        data |= {f"link_{link}_{AXES[axis]}": links[:, index, axis] for axis in range(links.shape[2])}
     data |= _goal_columns(problem, t, q) | _distance_columns(problem, t, q)
     data |= {name: np.full(rows, np.nan) for name in ("solver_wall_ms", "solver_cpu_ms")}
     data |= columns or {}
@@ -122,7 +127,7 @@ def make_trial(
 
 def _goal_columns(problem: Problem, t: Array, q: Array) -> dict[str, Array]:
     data: dict[str, Array] = {}
-    frames = [problem.robot.frames(row) for row in q.tolist()]  # type: ignore[attr-defined]
+    frames = problem.robot.frames_of(q) if len(q) else []
     for goal in problem.goal:
         targets = goal.motion.evaluate(t)[0]
         data |= {f"goal_{goal.name}_{i}": targets[:, i] for i in range(targets.shape[1])}
@@ -136,13 +141,13 @@ def _goal_columns(problem: Problem, t: Array, q: Array) -> dict[str, Array]:
 
 
 def _distance_columns(problem: Problem, t: Array, q: Array) -> dict[str, Array]:
-    """Clearance of the last link's disc to round obstacles; no distance of the robot to itself."""
+    """Clearance of the last link's disc or ball to round obstacles; no distance of the robot to itself."""
     tip = problem.robot.link_positions(q)[:, -1]
     data = {"clearance_m": np.full(len(t), np.nan), "self_clearance_m": np.full(len(t), np.nan)}
     for obstacle in problem.obstacles:
         position = obstacle.motion.evaluate(t)[0]
-        data |= {f"obstacle_{obstacle.name}_x": position[:, 0], f"obstacle_{obstacle.name}_y": position[:, 1]}
+        data |= {f"obstacle_{obstacle.name}_{AXES[axis]}": position[:, axis] for axis in range(position.shape[1])}
         if obstacle.radius is not None:
-            distance = np.hypot(*(position - tip).T) - obstacle.radius - problem.robot.body_radius
+            distance = np.linalg.norm(position - tip, axis=1) - obstacle.radius - problem.robot.body_radius
             data["clearance_m"] = np.fmin(data["clearance_m"], distance)
     return data

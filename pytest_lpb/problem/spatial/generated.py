@@ -41,7 +41,7 @@ def _posed(x: float, y: float, z: float, roll: float = 0.0, pitch: float = 0.0) 
 
 
 def _inertial(size: Sequence[float], origin: FloatArray) -> Inertial:
-    """Of a solid box."""
+    """Of a solid box, its sides along the axes of its frame `origin`."""
     x, y, z = size
     mass = DENSITY * x * y * z
     return Inertial(mass, origin, mass / 12.0 * np.diag([y * y + z * z, x * x + z * z, x * x + y * y]))
@@ -70,7 +70,7 @@ def _arm(sizes: Sizes) -> UrdfModel:
     before = 0.0
     for index, length in enumerate(sizes.links, start=1):
         middle = _posed(0.5 * length, 0.0, 0.0, pitch=0.5 * pi)  # the capsule's axis z along the link's x
-        links.append(_body(f"link{index}", Geometry("capsule", (radius, length), middle), [length, radius, radius]))
+        links.append(_body(f"link{index}", Geometry("capsule", (radius, length), middle), [radius, radius, length]))
         axis = (0.0, 0.0, 1.0) if index == 1 else (0.0, 1.0, 0.0)
         joints.append(
             Joint(f"joint{index}", "revolute", links[-2].name, links[-1].name, translation(before, 0.0, 0.0), axis)

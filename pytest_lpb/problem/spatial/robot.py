@@ -142,7 +142,8 @@ class SpatialRobot(Robot):
         """qd at q under the actuated velocity u."""
         if not self._base_joints:
             return u
-        return self.moving_base.joint_velocity(q, u) + u[self._base_actions :]
+        actions = self._base_actions
+        return self.moving_base.joint_velocity(q, u[:actions]) + u[actions:]
 
     def integrate(
         self, q: list[float], u: list[float], action: list[float], dt: float

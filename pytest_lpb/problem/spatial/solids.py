@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.rotations import matrix_of
 from pytest_lpb.problem.spatial.urdf import Geometry
 
 RIM_POINTS = 24  # of a cylinder's rims
@@ -84,8 +85,6 @@ def solid_of(shape: Geometry) -> Solid:
 
 def pose_from(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """Pose (4, 4) from a position (3,) [m] and a unit quaternion wxyz (4,)."""
-    from pytest_lpb.problem.spatial.rotations import matrix_of
-
     pose = np.eye(4)
     pose[:3, :3] = matrix_of(quaternion.tolist())
     pose[:3, 3] = position

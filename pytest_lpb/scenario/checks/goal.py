@@ -5,7 +5,7 @@ from typing import Any
 
 from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.motion import Motion, motion_from
+from pytest_lpb.motion import Motion, NormalisedMotion, motion_from
 from pytest_lpb.motion.motion import sampled_times
 from pytest_lpb.scenario.checks.robot import unknown_name
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
@@ -133,7 +133,21 @@ def check_targets(goals: list[Goal], environment: Environment, structure: Struct
     for index, goal in enumerate(goals):
         if isinstance(goal, MovingGoal):
             size = _TARGET_SIZES[goal.type](goal, structure.dimension)
-            yield from check_motion(("goal", index), goal, "target", size, environment)
+            faults = list(check_motion(("goal", index), goal, "target", size, environment))
+            yield from faults
+            if not faults and isinstance(goal, OrientationGoal) and structure.dimension == 3:
+                yield from _check_turn(("goal", index), goal, environment)
+
+
+def _check_turn(place: Loc, goal: OrientationGoal, environment: Environment) -> Iterator[Fault]:
+    """A quaternion has a direction at all times."""
+    forms = {form: getattr(goal, form) for form in ("target", "trajectory", "spline", "periodic")}
+    given = next(form for form, value in forms.items() if value is not None)
+    motion = motion_from(forms, "target")
+    if any(stays_finite(place, NormalisedMotion(motion), environment)):
+        yield Fault(
+            (*place, given), "a quaternion of zeros is no orientation; allowed is any other, at all times"
+        )
 
 
 def check_motion(

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_lpb.documents.faults import Fault, Loc
-from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import angle_motion, turning_motion
 from pytest_lpb.names import listed
 from pytest_lpb.scenario.checks.goal import check_motion, stays_finite
@@ -44,8 +43,8 @@ def check_shapes(obstacles: list[Obstacle], environment: Environment) -> Iterato
 
 def wrong_shape(shape: str, engine: str, allowed: Sequence[str]) -> str:
     """What to say of a shape that the engine has not."""
-    hint = f"; did you mean {SAME_SHAPE[shape]!r}?" if shape in SAME_SHAPE else ";"
-    return f"{shape} is not available with the engine {engine}{hint} allowed: {listed(allowed)}"
+    hint = f"; did you mean {SAME_SHAPE[shape]!r}?" if shape in SAME_SHAPE else ""
+    return f"{shape} is not available with the engine {engine}{hint}; allowed: {listed(allowed)}"
 
 
 def check_motions(obstacles: list[Obstacle], environment: Environment) -> Iterator[Fault]:
@@ -74,14 +73,7 @@ def _check_turn(place: Loc, obstacle: Obstacle, environment: Environment) -> Ite
     if isinstance(given, str | float | int):
         yield Fault(place, f"found {given!r}; in space a quaternion wxyz or {{axis, angle}} is required")
         return
-    if not any(given if isinstance(given, list) else given.axis):
-        yield Fault(place, "found only zeros; they have no direction")
-        return
-    try:
-        motion = turning_motion(given if isinstance(given, list) else given.model_dump())
-    except ScenarioError as error:
-        yield Fault(place, str(error))
-        return
+    motion = turning_motion(given if isinstance(given, list) else given.model_dump())
     yield from stays_finite(place, motion, environment)
 
 

@@ -75,11 +75,8 @@ def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
             ("robot", "control"),
             f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",
         )
-    elif robot.control == "torque":
-        if not environment.dynamics:
-            yield Fault(("robot", "control"), "torque needs simulated forces; write environment: {dynamics: true}")
-        if robot.base not in (None, "fixed"):
-            yield Fault(("robot", "control"), f"torque is not available for the base {robot.base}; allowed: fixed")
+    elif robot.control == "torque" and not environment.dynamics:
+        yield Fault(("robot", "control"), "torque needs simulated forces; write environment: {dynamics: true}")
 
 
 def check_limits(robot: Robot, structure: Structure) -> Iterator[Fault]:
@@ -140,9 +137,10 @@ def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fa
     """The start has one number per joint and per action, and lies within the position limits."""
     other = {"qd": "u", "u": "qd"}[structure.velocity_key]
     if getattr(start, other) is not None:
+        named = f"the model {robot.model}" if robot.model else "this URDF robot"
         yield Fault(
             ("start", other),
-            f"has no meaning for the model {robot.model or robot.urdf}; its start velocity is {structure.velocity_key}: "
+            f"has no meaning for {named}; its start velocity is {structure.velocity_key}: "
             f"{', '.join(structure.actions)}",
         )
     velocity = getattr(start, structure.velocity_key)
@@ -151,12 +149,14 @@ def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fa
     if start.q is not None and len(start.q) != structure.dof:
         yield Fault(("start", "q"), wrong_length(start.q, structure.joints))
         return
-    yield from _outside_limits(start.q or [0.0] * structure.dof, robot, structure)
+    default = "" if start.q else "; where start.q is not given, all joints start at 0"
+    for fault in _outside_limits(start.q or [0.0] * structure.dof, robot, structure):
+        yield Fault(fault.loc, fault.message + default)
 
 
 def position_limits(robot: Robot, structure: Structure) -> Sequence[list[float] | None]:
     """Position limits per q [rad or m]: the file's, else the URDF's; None: unlimited."""
-    return (robot.limits.position if robot.limits else None) or structure.position_limits
+    return structure.position_limits or (robot.limits.position if robot.limits else None) or ()
 
 
 def _outside_limits(q: Sequence[float], robot: Robot, structure: Structure) -> Iterator[Fault]:

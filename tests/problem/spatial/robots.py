@@ -84,16 +84,16 @@ MIMIC_URDF = """<robot name="gripper">
 def robot_entry(entry: Entry, **changes: Any) -> Entry:
     """A concrete entry: defaults filled in, joints that are neither planned nor steered locked at zero."""
     full = {**DEFAULTS, "name": entry.get("model", "robot"), **entry, **changes}
-    given, steering = full["locked_joints"], ()
+    taken = set(full["joints"])
+    movable: tuple[str, ...] = ()
     if full.get("urdf"):
         movable = load_urdf(Path(full["urdf"])).movable
-    elif full["model"] in GENERATED:
-        movable = ()
-    else:
+    elif full["model"] not in GENERATED:
         known = library_robot(full["model"])
-        movable, steering = load_urdf(known.path).movable, known.steering if full["base"] == "bicycle" else ()
-    free = [name for name in movable if name not in full["joints"] and name not in steering]
-    return {**full, "locked_joints": {name: given.get(name, 0.0) for name in free}}
+        movable = load_urdf(known.path).movable
+        taken |= set(known.steering if full["base"] == "bicycle" else ())
+    locked = {name: full["locked_joints"].get(name, 0.0) for name in movable if name not in taken}
+    return {**full, "locked_joints": locked}
 
 
 def spatial_robot(entry: Entry, **changes: Any) -> SpatialRobot:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, isfinite, pi, sin, tan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,7 +107,9 @@ def test_the_action_map_gives_joint_velocities(name: str, data: st.DataObject) -
 def test_a_held_steering_angle_is_an_arc_of_the_rear_axle(delta: float, v: float, heading: float, dt: float) -> None:
     radius = WHEEL_BASE_M / tan(delta)
     turn = v * dt / radius
-    (x, y, theta, held), _ = base_of("bicycle", "velocity").integrate([1.0, 2.0, heading, delta], [9.0, 9.0], [v, 0.0], dt)
+    (x, y, theta, held), _ = base_of("bicycle", "velocity").integrate(
+        [1.0, 2.0, heading, delta], [9.0, 9.0], [v, 0.0], dt
+    )
     expected = [
         1.0 + radius * (sin(heading + turn) - sin(heading)),
         2.0 - radius * (cos(heading + turn) - cos(heading)),
@@ -181,9 +184,15 @@ def test_what_is_no_number_ends_in_an_error_or_is_seen(value: float, entry: int)
 def test_a_diverging_speed_takes_a_bounded_number_of_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     """Turns that a step cannot resolve must not stop the clock."""
     base = BicycleBase("acceleration", WHEEL_BASE_M)
-    calls = []
+    calls: list[float] = []
     piece = base._piece
-    monkeypatch.setattr(base, "_piece", lambda *arguments: calls.append(1) or piece(*arguments))
+
+    def counted(*arguments: Any) -> tuple[float, float, float]:
+        calls.append(arguments[-1])
+        return piece(*arguments)
+
+    monkeypatch.setattr(base, "_piece", counted)
     after, velocity = base.integrate([0.0, 0.0, 0.0, 0.3], [1.0, 0.0], [1e12, 0.0], 0.05)
     assert 1 < len(calls) <= 1000
+    assert sum(calls) == pytest.approx(0.05)  # no part of the step is left out
     assert all(map(isfinite, after + velocity))

@@ -31,7 +31,9 @@ from pytest_lpb.problem.spatial.rotations import (
 numbers = st.floats(-1.0, 1.0, allow_subnormal=False)
 vectors = st.tuples(numbers, numbers, numbers)
 axes = vectors.filter(lambda v: sqrt(sum(x * x for x in v)) > 0.1)
-quaternions = st.tuples(numbers, numbers, numbers, numbers).filter(lambda q: sum(x * x for x in q) > 0.01).map(normalised)
+quaternions = (
+    st.tuples(numbers, numbers, numbers, numbers).filter(lambda q: sum(x * x for x in q) > 0.01).map(normalised)
+)
 angles = st.floats(-pi, pi)
 
 

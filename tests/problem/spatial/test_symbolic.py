@@ -89,7 +89,7 @@ def test_only_sines_and_cosines_of_planned_joints_are_left() -> None:
 
 def test_faults_are_named() -> None:
     robot = spatial_robot(ENTRIES["arm"])
-    with pytest.raises(ValueError, match="no link 'ennd' in arm_3d.*did you mean 'end'"):
+    with pytest.raises(ValueError, match=r"no link 'ennd' in arm_3d.*did you mean 'end'"):
         casadi_kinematics(robot, casadi.SX.sym("q", 3), "ennd")
     with pytest.raises(ValueError, match="q has 4 entries; arm_3d has 3: joint1, joint2, joint3"):
         casadi_kinematics(robot, casadi.SX.sym("q", 4), "end")

@@ -1,0 +1,136 @@
+"""The bodies of a spatial problem as PyBullet shows them: shapes to look at, without any contact.
+
+Every shape is a body of its own, placed by our own kinematics: nothing here can differ from what a trial recorded.
+Round shapes are meshes made here, since PyBullet's own are coarse, and its capsules have pointed ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.rotations import quaternions_of
+from pytest_lpb.problem.spatial.solids import geometry_of
+from pytest_lpb.problem.spatial.urdf import Geometry
+
+AROUND = 28  # corners of a round shape
+ARC = 8  # steps from a pole to the equator
+Color = tuple[float, float, float, float]
+ROBOT: Color = (0.0, 0.447, 0.698, 1.0)  # of collision shapes that stand in for a link without visuals
+OBSTACLE: Color = (0.5, 0.5, 0.5, 1.0)
+
+# Of the outline that is turned about z: radius, height, and the surface's normal outwards and up.
+Profile = list[tuple[float, float, float, float]]
+
+
+def _turned(profile: Profile) -> dict[str, Any]:
+    """Keywords of a mesh made by turning an outline about z, from its lower end to its upper."""
+    outline = np.array(profile)
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    circle = np.column_stack([np.cos(angles), np.sin(angles), np.ones(AROUND)])
+    vertices = (outline[:, None, [0, 0, 1]] * circle).reshape(-1, 3)
+    normals = (outline[:, None, [2, 2, 3]] * circle).reshape(-1, 3)
+    here = np.arange(len(profile) - 1)[:, None] * AROUND + np.arange(AROUND)
+    beside = here - np.arange(AROUND) + (np.arange(AROUND) + 1) % AROUND
+    triangles = [here, beside, here + AROUND, beside, beside + AROUND, here + AROUND]
+    return {
+        "shapeType": pybullet.GEOM_MESH,
+        "vertices": vertices.tolist(),
+        "normals": normals.tolist(),
+        "indices": np.stack(triangles, axis=-1).ravel().tolist(),
+    }
+
+
+def _cap(radius: float, height: float, upwards: float) -> Profile:
+    """A quarter of a circle around (0, height), from its lower to its upper end."""
+    angles = np.linspace(0.0, 0.5 * np.pi, ARC + 1) - (0.0 if upwards > 0 else 0.5 * np.pi)
+    return [(radius * c, height + radius * s, c, s) for c, s in zip(np.cos(angles), np.sin(angles), strict=True)]
+
+
+def _capsule(shape: Geometry) -> dict[str, Any]:
+    radius, length = shape.size
+    return _turned(_cap(radius, -0.5 * length, -1.0) + _cap(radius, 0.5 * length, 1.0))
+
+
+def _cylinder(shape: Geometry) -> dict[str, Any]:
+    radius, half = shape.size[0], 0.5 * shape.size[1]
+    bottom: Profile = [(0.0, -half, 0.0, -1.0), (radius, -half, 0.0, -1.0)]
+    wall: Profile = [(radius, -half, 1.0, 0.0), (radius, half, 1.0, 0.0)]
+    top: Profile = [(radius, half, 0.0, 1.0), (0.0, half, 0.0, 1.0)]
+    return _turned(bottom + wall + top)
+
+
+def _sphere(shape: Geometry) -> dict[str, Any]:
+    return _capsule(Geometry("capsule", (shape.size[0], 0.0)))
+
+
+def _box(shape: Geometry) -> dict[str, Any]:
+    return {"shapeType": pybullet.GEOM_BOX, "halfExtents": [0.5 * length for length in shape.size]}
+
+
+def _mesh(shape: Geometry) -> dict[str, Any]:
+    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(shape.file), "meshScale": list(shape.size)}
+
+
+_VISUALS: dict[str, Callable[[Geometry], dict[str, Any]]] = {
+    "box": _box,
+    "sphere": _sphere,
+    "cylinder": _cylinder,
+    "capsule": _capsule,
+    "mesh": _mesh,
+}
+
+
+class VisibleBodies:
+    """A robot and obstacles in a client, to be looked at.
+
+    Args:
+        client: where they are made; nothing else is in it.
+        problem: a spatial problem.
+    """
+
+    def __init__(self, client: Client, problem: Problem) -> None:
+        assert isinstance(problem.robot, SpatialRobot), f"{problem.robot.name} is no spatial robot"
+        self._client = client
+        self._problem = problem
+        shapes = list(_shapes_of(problem.robot))
+        self.robot_ids = [self._body(shape, color) for _, shape, color in shapes]
+        self._links = [link for link, *_ in shapes]
+        self._origins = np.array([shape.origin for _, shape, _ in shapes]).reshape(-1, 4, 4)
+        self._obstacles = [self._body(geometry_of(obstacle), OBSTACLE) for obstacle in problem.obstacles]
+
+    def _body(self, shape: Geometry, color: Color | None) -> int:
+        keywords = _VISUALS[shape.kind](shape) | ({} if color is None else {"rgbaColor": color})
+        visual = self._client.call("createVisualShape", **keywords)
+        body: int = self._client.call("createMultiBody", baseMass=0, baseVisualShapeIndex=visual)
+        return body
+
+    def place(self, t: float, frames: FloatArray) -> None:
+        """Show the robot with its links at poses (links, 4, 4), and the obstacles as they are at a time [s]."""
+        poses = frames[self._links] @ self._origins
+        turns = quaternions_of(poses[:, :3, :3]).tolist()
+        for body, position, turn in zip(self.robot_ids, poses[:, :3, 3].tolist(), turns, strict=True):
+            self._put(body, position, turn)
+        times = np.array([t])
+        for body, obstacle in zip(self._obstacles, self._problem.obstacles, strict=True):
+            position, turn = (values[0].tolist() for values in obstacle.poses(times))
+            self._put(body, position, turn)
+
+    def _put(self, body: int, position: Sequence[float], turn: Sequence[float]) -> None:
+        w, x, y, z = turn
+        self._client.call("resetBasePositionAndOrientation", body, position, (x, y, z, w))
+
+
+def _shapes_of(robot: SpatialRobot) -> Iterator[tuple[int, Geometry, Color | None]]:
+    """What is seen of a robot: index of the link, shape, and its colour where the file of a mesh does not say it."""
+    for index, name in enumerate(robot.link_names):
+        link = robot.urdf.link(name)
+        color = None if link.visuals else ROBOT
+        for shape in link.visuals or link.collisions:
+            yield index, shape, shape.color or color

@@ -1,0 +1,139 @@
+"""The files of a problem in a run folder: copies that travel with the run, named relative to it.
+
+A URDF with its meshes, or the mesh of an obstacle, is copied once to RUN/assets/<sha256>/; robots known by name stay
+where they are installed. Copies are as the files were, below the same folders, so that they have the same digest, and
+their problem the same hash.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from pytest_lpb.errors import RecordingError, ScenarioError
+from pytest_lpb.problem.paths import with_paths
+
+PACKAGE_FILE = "package.xml"  # tells a ROS package, whatever its folder is called
+
+
+def recorded(problem: Mapping[str, Any], run: Path) -> dict[str, Any]:
+    """A concrete problem as a run records it: its files copied into the run folder, and named relative to it.
+
+    Of a certified path its length is kept. Raises RecordingError when a file cannot be copied.
+    """
+    content = dict(problem)
+    if "certified" in content:
+        content["certified"] = {key: value for key, value in content["certified"].items() if key != "path"}
+    result: dict[str, Any] = with_paths(content, lambda path: _copied(Path(path), run))
+    return result
+
+
+def recorded_beside(problem: Mapping[str, Any], run: Path, folder: Path) -> dict[str, Any]:
+    """The same with files named relative to a folder of the run, for a scenario file that lies there."""
+
+    def relative(path: str) -> str:
+        return path if os.path.isabs(path) else Path(os.path.relpath(run / path, folder)).as_posix()
+
+    result: dict[str, Any] = with_paths(recorded(problem, run), relative)
+    return result
+
+
+def restored(problem: Mapping[str, Any], run: Path) -> dict[str, Any]:
+    """A recorded problem with absolute paths again. Raises RecordingError when a file is not there."""
+
+    def absolute(path: str) -> str:
+        found = os.path.normpath(run.absolute() / path)
+        if not Path(found).is_file():
+            raise RecordingError(f"the file {found} of its problem is missing; a run folder keeps them in assets/")
+        return found
+
+    result: dict[str, Any] = with_paths(dict(problem), absolute)
+    return result
+
+
+def _copied(path: Path, run: Path) -> str:
+    """Where a file's copy is in a run folder; its own path where a copy cannot stand for it."""
+    # Imported late: most problems have no files.
+    from pytest_lpb.problem.spatial.assets import assets_digest
+
+    try:
+        return _copy_once(path, assets_digest(path), run)
+    except (OSError, ScenarioError) as error:
+        raise RecordingError(f"cannot copy {path} into {run}: {error}") from error
+
+
+@lru_cache(maxsize=256)
+def _copy_once(path: Path, digest: str, run: Path) -> str:
+    from pytest_lpb.problem.spatial.assets import ASSETS, asset_files
+
+    folder = run / ASSETS / digest
+    files = asset_files(path)
+    common = Path(os.path.commonpath([file.parent for file in files]))
+    if not folder.is_dir():
+        _copy_files(files, common, folder, digest)
+    wanted = files[0].relative_to(common).parts
+    copies = [copy for copy in folder.rglob("*") if copy.parts[-len(wanted) :] == wanted]
+    if not copies:
+        return str(path)
+    return min(copies, key=lambda copy: len(copy.parts)).relative_to(run).as_posix()
+
+
+def _copy_files(files: Sequence[Path], common: Path, folder: Path, digest: str) -> None:
+    """Copy files below `common` to `folder`, which appears whole; nothing where the copies do not find each other.
+
+    Meshes may be named by package://PACKAGE/..: then folders above `common` are kept too, as many as it takes.
+    """
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".") as work:
+        tree, inside = Path(work) / "0", Path()
+        for file in files:
+            _copy_with_package_files(file, common, tree)
+        for level, kept in enumerate((common, *common.parents), start=1):
+            if _stand_alone(tree / inside / files[0].relative_to(common), tree, digest):
+                _publish(tree, folder)
+                return
+            wrapped = Path(work) / str(level)
+            wrapped.mkdir()
+            tree.rename(wrapped / kept.name) if kept.name else tree.rename(wrapped / "0")
+            tree, inside = wrapped, Path(kept.name) / inside
+            _copy_package_file(kept.parent, tree)
+
+
+def _copy_with_package_files(file: Path, common: Path, tree: Path) -> None:
+    copy = tree / file.relative_to(common)
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(file, copy)
+    for parent in file.parents:
+        if not parent.is_relative_to(common):
+            break
+        _copy_package_file(parent, tree / parent.relative_to(common))
+
+
+def _copy_package_file(source: Path, target: Path) -> None:
+    if (source / PACKAGE_FILE).is_file():
+        shutil.copyfile(source / PACKAGE_FILE, target / PACKAGE_FILE)
+
+
+def _stand_alone(copy: Path, tree: Path, digest: str) -> bool:
+    """Whether a copy finds the copies of the files that belong to it, and has the digest of the original."""
+    from pytest_lpb.problem.spatial.assets import asset_files, assets_digest
+
+    try:
+        found = asset_files(copy)
+    except ScenarioError:
+        return False
+    return all(file.is_relative_to(tree.resolve()) for file in found) and assets_digest(copy) == digest
+
+
+def _publish(tree: Path, folder: Path) -> None:
+    try:
+        tree.rename(folder)
+    except OSError:
+        # Another worker was first: the content is the same.
+        if not folder.is_dir():
+            raise
