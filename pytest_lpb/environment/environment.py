@@ -238,10 +238,10 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         if self.render_mode is None:
             return None
         if self._window is None:
-            from pytest_lpb.environment.picture import ScenePicture
+            from pytest_lpb.environment.picture import picture_for
 
-            self._window = ScenePicture(show=self.render_mode == "human")
-        return self._window.draw(self.problem, self.row, self.running_engine)
+            self._window = picture_for(self.problem.dimension, show=self.render_mode == "human")
+        return self._window.draw(self.problem, self.row, self.running_engine.q)
 
     def _render_if_human(self) -> None:
         if self.render_mode == "human":

@@ -32,9 +32,9 @@ class GoalMark:
 def goal_marks(problem: Problem, t: float, frames: FloatArray) -> Iterator[GoalMark]:
     """Marks of the sub-goals that have a place, at a time [s], for link poses (links, 4, 4)."""
     places: dict[str | None, FloatArray] = {}
-    for goal in problem.goal:
+    for goal, entry in zip(problem.goal, problem.entry["goal"], strict=True):
         if isinstance(goal, PositionGoal):
-            place = _place(goal, _target(goal, t), problem, frames)
+            place = _place(goal, entry.get("relative_to"), _target(goal, t), problem, frames)
             places.setdefault(goal.link, place)
             yield GoalMark(place, goal.tolerance or 0.0)
     for goal in problem.goal:
@@ -48,9 +48,12 @@ def _target(goal: SubGoal, t: float) -> FloatArray:
     return np.asarray(goal.motion.evaluate(np.array([t]))[0][0])
 
 
-def _place(goal: PositionGoal, target: FloatArray, problem: Problem, frames: FloatArray) -> FloatArray:
+def _place(
+    goal: PositionGoal, reference: str | None, target: FloatArray, problem: Problem, frames: FloatArray
+) -> FloatArray:
     """The target in the world; along axes that it says nothing of, where the robot is."""
-    frame = np.eye(4) if goal.reference is None else frames[goal.reference]
+    names = problem.robot.link_names
+    frame = frames[names.index(reference)] if reference in names else np.eye(4)
     now = np.linalg.inv(frame) @ traced_pose(goal, problem, frames)
     now[list(goal.axes), 3] = target
     return np.asarray((frame @ now)[:3, 3])

@@ -1,163 +1,76 @@
-"""Pictures of a trial while it runs: robot, goal, obstacles and the path so far, drawn with matplotlib."""
+"""Pictures of a trial while it runs: the seam between environment and what draws. One class per dimension."""
 
 from __future__ import annotations
 
+import os
+import sys
+from importlib import import_module
 from time import perf_counter, sleep
-from typing import Any
+from typing import Protocol
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from pytest_lpb.environment.engine import Engine
 from pytest_lpb.errors import LpbError
-from pytest_lpb.problem.planar.collision import PlanarCollision
-from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.robot import FloatArray
 
-SIZE_INCH = 6.4
-DPI = 100
-MARGIN_M = 0.5  # [m] around everything that is drawn
-WINDOW_RATE_HZ = 20.0  # pictures per second of simulated time in a window
-WINDOWLESS_BACKENDS = ("agg", "pdf", "svg", "ps", "cairo", "template")
-ROBOT, GOAL, OBSTACLE, PATH = "#0072b2", "#009e73", "#7f7f7f", "#d55e00"
+# Dimension -> "module:Class".
+PICTURES: dict[int, str] = {
+    2: "pytest_lpb.environment.planar_picture:PlanarPicture",
+    3: "pytest_lpb.environment.spatial_picture:SpatialPicture",
+}
 
 
-class ScenePicture:
-    """Draws planar problems.
+class Picture(Protocol):
+    """Draws robot, goal, obstacles and the path so far.
 
     Args:
-        show: whether in a window; raises LpbError where there is no display.
+        show: whether in a window, in real time; raises LpbError where there is no display.
+        around: places (N, 2 or 3) [m] to be held in the picture besides start, goal and obstacles.
     """
 
-    def __init__(self, *, show: bool) -> None:
-        self._show = show
-        self._problem: Problem | None = None
-        self._path: list[tuple[float, float]] = []
-        self._shown_at = 0.0
-        if show:
-            self._figure = _window_figure()
-        else:
-            self._figure = Figure(figsize=(SIZE_INCH, SIZE_INCH), dpi=DPI)
-            FigureCanvasAgg(self._figure)
-        self._axes: Axes = self._figure.add_subplot()
+    def __init__(self, *, show: bool, around: FloatArray | None = None) -> None: ...
 
-    def draw(self, problem: Problem, row: int, engine: Engine) -> NDArray[np.uint8] | None:
-        """Draw a row; (height, width, 3) without a window, None with one, which is shown in real time."""
-        robot = problem.robot
-        assert isinstance(robot, PlanarRobot)
-        if self._problem is not problem or row == 0:
-            self._problem, self._path = problem, []
-        frames = engine.frames
-        self._path.append(frames[-1][:2])
-        every = max(1, round(1.0 / (WINDOW_RATE_HZ * problem.dt)))
-        if self._show and row % every:
-            return None
-        self._axes.clear()
-        self._draw_obstacles(problem, row)
-        self._draw_goal(problem, row)
-        self._axes.plot(*zip(*self._path, strict=True), color=PATH, linewidth=1.2)
-        for ax, ay, bx, by, radius in PlanarCollision(robot, []).capsules(frames):
-            self._axes.add_patch(Polygon(_capsule(ax, ay, bx, by, radius), color=ROBOT, alpha=0.7, linewidth=0))
-        self._finish(problem, row)
-        if not self._show:
-            canvas: Any = self._figure.canvas
-            canvas.draw()
-            return np.asarray(canvas.buffer_rgba())[..., :3].copy()
-        self._wait(every * problem.dt, first=row == 0)
-        return None
-
-    def _draw_obstacles(self, problem: Problem, row: int) -> None:
-        t = np.array([row * problem.dt])
-        collision = PlanarCollision(problem.robot, problem.obstacles)  # type: ignore[arg-type] # planar here
-        for obstacle, shape in zip(problem.obstacles, collision.shapes, strict=True):
-            positions, angles = obstacle.poses(t)
-            x, y, angle = float(positions[0, 0]), float(positions[0, 1]), float(angles[0])
-            outline = shape.outline()
-            if isinstance(outline, float):
-                self._axes.add_patch(Circle((x, y), outline, color=OBSTACLE, linewidth=0))
-            else:
-                turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-                self._axes.add_patch(Polygon(np.array(outline) @ turn + (x, y), color=OBSTACLE, linewidth=0))
-
-    def _draw_goal(self, problem: Problem, row: int) -> None:
-        for goal in problem.goal:
-            target = goal.motion.evaluate(np.array([row * problem.dt]))[0][0]
-            if goal.type == "position" and len(target) == 2:
-                place = (float(target[0]), float(target[1]))
-                self._axes.plot(*place, "+", color=GOAL, markersize=10)
-                self._axes.add_patch(Circle(place, goal.tolerance or 0.0, color=GOAL, fill=False))
-
-    def _finish(self, problem: Problem, row: int) -> None:
-        axes = self._axes
-        axes.set_title(f"{problem.name}, seed {problem.seed}, t = {row * problem.dt:.2f} s", fontsize=10)
-        axes.set_xlabel("x [m]")
-        axes.set_ylabel("y [m]")
-        low, high = _extent(problem)
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-        axes.set_aspect("equal")
-
-    def _wait(self, period_s: float, *, first: bool) -> None:
-        """Show the window's new picture, at the pace of the simulated time."""
-        canvas: Any = self._figure.canvas
-        canvas.draw()
-        canvas.flush_events()
-        if not first:
-            sleep(max(0.0, self._shown_at + period_s - perf_counter()))
-        self._shown_at = perf_counter()
+    def draw(self, problem: Problem, row: int, q: list[float]) -> NDArray[np.uint8] | None:
+        """Draw a row at the joint positions q (dof,); (height, width, 3) without a window, None with one."""
 
     def close(self) -> None:
-        """Close the window."""
-        if self._show:
-            from matplotlib import pyplot
+        """Close the window; again is no harm."""
 
-            pyplot.close(self._figure)
+
+class RealTime:
+    """Waits so that simulated seconds take as long as real ones."""
+
+    def __init__(self) -> None:
+        self._started = perf_counter()
+
+    def restart(self, t: float) -> None:
+        """It is the simulated time t [s] now."""
+        self._started = perf_counter() - t
+
+    def wait_for(self, t: float) -> None:
+        """Wait until the simulated time t [s]. Time lost is not made up for: who is late starts anew."""
+        ahead = self._started + t - perf_counter()
+        if ahead > 0.0:
+            sleep(ahead)
+        else:
+            self._started -= ahead
+
+
+def picture_for(dimension: int, *, show: bool, around: FloatArray | None = None) -> Picture:
+    """The picture of problems of a dimension. Raises LpbError when `show` and there is no display."""
+    module, _, name = PICTURES[dimension].partition(":")
+    picture: Picture = getattr(import_module(module), name)(show=show, around=around)
+    return picture
 
 
 def check_display() -> None:
-    """Raise LpbError where matplotlib cannot open a window."""
-    from matplotlib import get_backend
-
-    if get_backend().lower() in WINDOWLESS_BACKENDS:
+    """Raise LpbError where no window can be opened."""
+    # Windows and macOS have a display of their own.
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise LpbError(
-            "--lpb-render (render_mode 'human') needs a display, and matplotlib found none: "
-            "run it on a desktop, or use render_mode 'rgb_array'"
+            "--lpb-render (render_mode 'human') needs a display, and there is none (DISPLAY is not set): run it on a "
+            "desktop, use render_mode 'rgb_array', or make a video of a finished run: lpb-report RUN --trial NODEID "
+            "--video out.mp4"
         )
-
-
-def _window_figure() -> Figure:
-    from matplotlib import pyplot
-
-    check_display()
-    figure = pyplot.figure(figsize=(SIZE_INCH, SIZE_INCH))
-    figure.show()
-    return figure
-
-
-def _capsule(ax: float, ay: float, bx: float, by: float, radius: float) -> NDArray[np.float64]:
-    """Outline of a capsule, (points, 2) [m]."""
-    angle = np.arctan2(by - ay, bx - ax)
-    half = np.linspace(-np.pi / 2, np.pi / 2, 16)
-    far = np.column_stack([bx + radius * np.cos(angle + half), by + radius * np.sin(angle + half)])
-    near = np.column_stack([ax - radius * np.cos(angle + half), ay - radius * np.sin(angle + half)])
-    return np.vstack([far, near])
-
-
-def _extent(problem: Problem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of what is seen: start, goal, obstacles at all times of the trial, and an arm's reach."""
-    t = np.linspace(0.0, problem.duration, 50)
-    points = [problem.robot.link_positions(problem.start_q[None])[0]]
-    sizes = [0.0]
-    points += [g.motion.evaluate(t)[0] for g in problem.goal if g.type == "position" and g.motion.size == 2]
-    for obstacle in problem.obstacles:
-        points.append(obstacle.poses(t[:1])[0])
-        sizes.append(obstacle.radius or max(obstacle.size or (0.0,)))
-    reach = sum(getattr(problem.robot, "lengths", ()))
-    points.append(np.array([[-reach, -reach], [reach, reach]]) if reach else points[0])
-    stacked = np.vstack(points)
-    margin = MARGIN_M + max(sizes)
-    return stacked.min(axis=0) - margin, stacked.max(axis=0) + margin

@@ -19,6 +19,7 @@ from pytest_lpb.plugin.session import session_of, without_group
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import Scenario
 from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.assets import recorded_beside
 from pytest_lpb.trial.files import read_trial, trial_path, write_trial
 from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, SOFTWARE_FAULTS, WORKER_CRASH
@@ -144,8 +145,9 @@ class TrialItem(pytest.Item):
     def _write_problem(self, specification: TrialSpecification) -> None:
         """Write the concrete problem first: it is there even when the trial takes its process down."""
         source = f"{self.parent.parent.nodeid}, seed {self.seed}"  # type: ignore[union-attr] # a scenario file
-        content = {**specification.problem, "source": source}
-        write_once(self._trial_path().with_suffix(".yaml"), dump_yaml(content).encode())
+        path = self._trial_path().with_suffix(".yaml")
+        problem = recorded_beside(specification.problem, session_of(self.config).run, path.parent)
+        write_once(path, dump_yaml({**problem, "source": source}).encode())
 
     def _repeat(self) -> str:
         return session_of(self.config).repeat_command(self.path, self.collector.name, self.seed)

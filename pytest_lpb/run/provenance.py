@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.errors import LpbError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.trial.specification import usable_cores
 
@@ -30,6 +31,7 @@ PACKAGES = (
     "matplotlib",
 )
 GIT_TIMEOUT_S = 5.0
+SPATIAL = b"pybullet"  # the engine's name, which every scenario in space writes
 
 
 def run_information(
@@ -48,6 +50,8 @@ def run_information(
         options: seeds, flags, KPIs, modules, workers.
         folder: whose git commit counts.
     """
+    contents = {key: path.read_bytes() for key, path in sorted(scenarios.items())}
+    spatial = {key: scenarios[key] for key, content in contents.items() if SPATIAL in content}
     return {
         "schema_version": SCHEMA_VERSION,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -55,13 +59,34 @@ def run_information(
         **options,
         "planners": {planner.name: planner.to_dict() for planner in planners},
         "scenarios": {
-            key: {"file": str(path), "hash": hashlib.sha256(path.read_bytes()).hexdigest()}
-            for key, path in sorted(scenarios.items())
+            key: {"file": str(scenarios[key]), "hash": hashlib.sha256(content).hexdigest()}
+            for key, content in contents.items()
         },
+        "self_collision_left_out": _left_out(spatial),
         "packages": {name: _version(name) for name in PACKAGES},
         "machine": machine(),
         "git": git_state(folder),
     }
+
+
+def _left_out(scenarios: Mapping[str, Path]) -> dict[str, list[list[str]]]:
+    """Pairs of bodies that always overlap, and are therefore not checked for self-collision, by scenario in space."""
+    if not scenarios:
+        return {}
+    # Imported late: it costs nothing where nothing is in space.
+    from pytest_lpb.problem.robot import robot_from
+    from pytest_lpb.problem.spatial.robot import SpatialRobot
+    from pytest_lpb.scenario.load import load_scenario
+
+    pairs = {}
+    for key, path in scenarios.items():
+        try:
+            robot = robot_from(load_scenario(path).concrete["robot"])
+        except LpbError:
+            continue  # an error where the scenario is collected
+        if isinstance(robot, SpatialRobot):
+            pairs[key] = [list(pair) for pair in robot.left_out_pairs]
+    return pairs
 
 
 def machine() -> dict[str, Any]:

@@ -15,10 +15,10 @@ from pytest_lpb.documents.faults import Fault, Key, capped, key_path
 from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.errors import MissingRobotsError, ScenarioError
 from pytest_lpb.problem.criterion import Criterion, parse_criterion
+from pytest_lpb.problem.paths import with_absolute_paths
 from pytest_lpb.scenario.canonical import Plain, concrete_form, randomize_form
 from pytest_lpb.scenario.checks import check
 from pytest_lpb.scenario.messages import faults_of, valid_parts
-from pytest_lpb.scenario.paths import with_absolute_paths
 from pytest_lpb.scenario.robots import structure_of
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.randomize import Randomize

@@ -29,7 +29,7 @@ def recorded(problem: Mapping[str, Any], run: Path) -> dict[str, Any]:
     content = dict(problem)
     if "certified" in content:
         content["certified"] = {key: value for key, value in content["certified"].items() if key != "path"}
-    result: dict[str, Any] = with_paths(content, lambda path: _copied(Path(path), run))
+    result: dict[str, Any] = with_paths(content, lambda path: _copied(Path(path), run.absolute()))
     return result
 
 
@@ -37,7 +37,7 @@ def recorded_beside(problem: Mapping[str, Any], run: Path, folder: Path) -> dict
     """The same with files named relative to a folder of the run, for a scenario file that lies there."""
 
     def relative(path: str) -> str:
-        return path if os.path.isabs(path) else Path(os.path.relpath(run / path, folder)).as_posix()
+        return path if Path(path).is_absolute() else Path(os.path.relpath(run / path, folder)).as_posix()
 
     result: dict[str, Any] = with_paths(recorded(problem, run), relative)
     return result
@@ -90,18 +90,18 @@ def _copy_files(files: Sequence[Path], common: Path, folder: Path, digest: str) 
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".") as work:
-        tree, inside = Path(work) / "0", Path()
+        top, tree = common, Path(work) / "0"  # `tree` is to be what `top` is
         for file in files:
             _copy_with_package_files(file, common, tree)
-        for level, kept in enumerate((common, *common.parents), start=1):
-            if _stand_alone(tree / inside / files[0].relative_to(common), tree, digest):
-                _publish(tree, folder)
+        while not _stand_alone(tree / files[0].relative_to(top), tree, digest):
+            if top == top.parent:
                 return
-            wrapped = Path(work) / str(level)
-            wrapped.mkdir()
-            tree.rename(wrapped / kept.name) if kept.name else tree.rename(wrapped / "0")
-            tree, inside = wrapped, Path(kept.name) / inside
-            _copy_package_file(kept.parent, tree)
+            above = tree.with_name(str(int(tree.name) + 1))
+            above.mkdir()
+            tree.rename(above / top.name)
+            top, tree = top.parent, above
+            _copy_package_file(top, tree)
+        _publish(tree, folder)
 
 
 def _copy_with_package_files(file: Path, common: Path, tree: Path) -> None:

@@ -1,6 +1,7 @@
 """Trial files: raw data as Parquet and the concrete problem as a scenario file; both appear at once, whole or not.
 
-Layout below a run folder: trials/SCENARIO/PLANNER/seedK.parquet and seedK.yaml.
+Layout below a run folder: trials/SCENARIO/PLANNER/seedK.parquet and seedK.yaml, and assets/ with the files that
+problems name; a trial file names them relative to the run folder.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.problem.hashing import canonical_json
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.assets import recorded, restored
 from pytest_lpb.trial.units import unit_of
 
 METADATA_KEY = b"pytest_lpb"
@@ -36,11 +38,11 @@ def write_trial(folder: Path, trajectory: Trajectory) -> Path:
     """
     metadata = trajectory.metadata
     path = trial_path(folder, metadata["scenario"], metadata["planner"], metadata["seed"])
-    return write_once(path, _parquet(trajectory))
+    return write_once(path, _parquet(trajectory, recorded(trajectory.problem.to_dict(), folder)))
 
 
-def _parquet(trajectory: Trajectory) -> bytes:
-    """A trial as Parquet: zstd, floats split into byte streams, units and provenance in the metadata."""
+def _parquet(trajectory: Trajectory, problem: Mapping[str, Any]) -> bytes:
+    """A trial as Parquet: zstd, floats split into byte streams, units, provenance and problem in the metadata."""
     texts: list[str] = []
     numbers: list[str] = []
     arrays, fields = [], []
@@ -50,7 +52,7 @@ def _parquet(trajectory: Trajectory) -> bytes:
         (texts if is_text else numbers).append(name)
         arrays.append(pyarrow.array(values, kind))
         fields.append(pyarrow.field(name, kind, metadata={"unit": unit_of(name, trajectory.problem)}))
-    metadata = {**trajectory.metadata, "problem": trajectory.problem.to_dict()}
+    metadata = {**trajectory.metadata, "problem": problem}
     schema = pyarrow.schema(fields, metadata={METADATA_KEY: canonical_json(metadata)})
     sink = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(
@@ -76,10 +78,21 @@ def read_trial(path: Path) -> Trajectory:
     metadata = trial_metadata(table.schema.metadata, path)
     columns = {name: _array(table.column(name)) for name in table.column_names}
     try:
-        problem = Problem.from_dict(metadata.pop("problem"), metadata["scenario"])
+        entry = restored(metadata.pop("problem"), _run_folder(path, metadata))
+        problem = Problem.from_dict(entry, metadata["scenario"])
+    except RecordingError as error:
+        raise RecordingError(f"cannot read {path}: {error}") from error
     except (LpbError, KeyError, TypeError, ValueError) as error:
         raise RecordingError(f"cannot read {path}: its problem is not one of this version: {error!r}") from error
     return Trajectory(columns, metadata, problem)
+
+
+def _run_folder(path: Path, metadata: Mapping[str, Any]) -> Path:
+    """The run folder that a trial file lies in; for one that was taken out of its folders, the folder it is in."""
+    inside = trial_path(Path(), metadata["scenario"], metadata["planner"], metadata["seed"])
+    folders = path.absolute().parents
+    depth = len(inside.parts)
+    return folders[depth - 1] if path.absolute().parts[-depth:] == inside.parts else folders[0]
 
 
 def trial_metadata(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:

@@ -39,7 +39,7 @@ ORIGIN = Placement()
 Scene = Callable[..., Trajectory]  # of the step [s] and a placement; without it, at the origin
 
 
-def _timing(rows: int) -> dict[str, Array]:
+def timing(rows: int) -> dict[str, Array]:
     wall = np.append(np.linspace(3.0, 9.0, rows - 1), np.nan)
     return {"solver_wall_ms": wall, "solver_cpu_ms": 0.8 * wall}
 
@@ -73,7 +73,7 @@ def reaching(dt: float, place: Placement = ORIGIN) -> Trajectory:
         limits=None if place.angle else [[place.x - 1.0, place.x + 5.0], [place.y - inf, place.y + 2.0]],
     )
     problem.certified_path_length_m = 3.3
-    columns = {**_timing(len(t)), "self_clearance_m": 0.3 + 0.1 * np.cos(t)}
+    columns = {**timing(len(t)), "self_clearance_m": 0.3 + 0.1 * np.cos(t)}
     return make_trial(problem, place.of(path), qd=place.turned(velocity), action=action, columns=columns, period_s=0.1)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from pytest_lpb.problem.spatial.rotations import Quaternion, from_axis_angle, matrix_of, multiply
 from pytest_lpb.trajectory import Trajectory
 
-from .scenes import Scene
+from .scenes import Scene, timing
 from .trials import ARM_3D, CART_3D, POINT_3D, REACH, Array, make_problem, make_trial
 
 STILL: Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -86,10 +86,9 @@ def _flying(dt: float, place: SpatialPlacement, robot: dict[str, Any], moved: Sp
         limits=[[-1.0, 5.0], [-1.0, 2.0], [-0.5, 3.0]] if moved is HERE else None,
     )
     problem.certified_path_length_m = 3.4
-    columns = {"self_clearance_m": 0.3 + 0.1 * np.cos(np.arange(len(path)) * dt)}
-    return make_trial(
-        problem, moved.of(path), qd=moved.turned(velocity), action=moved.turned(action), columns=columns
-    )
+    columns = {**timing(len(path)), "self_clearance_m": 0.3 + 0.1 * np.cos(np.arange(len(path)) * dt)}
+    q, qd, actions = moved.of(path), moved.turned(velocity), moved.turned(action)
+    return make_trial(problem, q, qd=qd, action=actions, columns=columns, period_s=0.1)
 
 
 def flying(dt: float, place: SpatialPlacement = HERE) -> Trajectory:

@@ -10,6 +10,8 @@ import pytest
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.scenario.schema.success import Outcome
+from pytest_lpb.scenario.spatial import spatial_models
+from pytest_lpb.scenario.structure import MODELS
 from pytest_lpb.trial.outcome import OUTCOMES
 
 # One part per line: faults of a part are found in its line.
@@ -24,6 +26,7 @@ PARTS = {
 LINES = {name: line for line, name in enumerate([*PARTS, "other"], start=1)}
 POINT = "{model: point}"
 DRIVE = "{model: differential_drive}"
+NO_ZERO = "{model: planar_arm, links: 1, limits: {position: [[1, 2]]}}"
 
 
 @pytest.fixture(autouse=True)
@@ -62,18 +65,19 @@ def test_the_base_scenario_is_right() -> None:
 
 
 ROBOT_KEYS = (
-    "base, base_pose, body_radius, collision, control, joints, limits, links, locked_joints, model, name, "
+    "base, base_pose, base_size, body_radius, collision, control, joints, limits, links, locked_joints, model, name, "
     "self_collision_pairs, urdf, wheel_base"
 )
+
+
+MODEL_NAMES = ", ".join(sorted({*MODELS, *spatial_models()}))
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("{model: point, limit: 3}", f"robot.limit: unknown key; did you mean 'limits'?; allowed: {ROBOT_KEYS}"),
-        ("{model: planr_arm}", "robot.model: planr_arm is not available in this version; did you mean 'planar_arm'?; allowed: differential_drive, planar_arm, point"),
-        ("{model: panda}", "robot.model: panda is not available in this version; allowed: differential_drive, planar_arm, point"),
-        ("{urdf: a.urdf}", "robot.urdf: URDF robots are not available in this version; allowed: model differential_drive, planar_arm, point"),
+        ("{model: planr_arm}", f"robot.model: unknown 'planr_arm'; did you mean 'planar_arm'?; allowed: {MODEL_NAMES}"),
         ("{name: a}", "robot: found neither of model and urdf; exactly one is required"),
         ("{model: point, urdf: a.urdf}", "robot: found both of model and urdf; exactly one is required"),
         ("{model: planar_arm}", "robot.links: is missing; planar_arm needs a count of links, or their lengths [m]"),
@@ -83,6 +87,7 @@ ROBOT_KEYS = (
         ("{model: planar_arm, links: 3, wheel_base: 1}", "robot.wheel_base: has no meaning for the model planar_arm; allowed: base, body_radius, collision, control, limits, links, model, name, self_collision_pairs"),
         ("{model: planar_arm, links: 3, base: holonomic}", "robot.base: holonomic is not available for the model planar_arm; allowed: fixed"),
         ("{model: planar_arm, links: 3, control: torque}", "robot.control: torque is not available with the engine planar; allowed: acceleration, velocity"),
+        ("{model: planar_arm, links: 3, limits: {effort: [null, null, null]}}", "robot.limits.effort: has no meaning in the plane, where nothing is driven by forces"),
         ("{model: planar_arm, links: 3, control: speed}", "robot.control: found the text 'speed'; allowed: acceleration, velocity, torque"),
         ("{model: planar_arm, links: 3, body_radius: '0.1'}", "robot.body_radius: found the text '0.1'; a number is required"),
         ("{model: planar_arm, links: 3, body_radius: true}", "robot.body_radius: found the boolean true; a number is required"),
@@ -115,6 +120,7 @@ def test_robot(text: str, message: str) -> None:
         (DRIVE, "{q: [0, 0]}", "start.q: found 2 entries; 3 required: x, y, theta"),
         (DRIVE, "{u: [0, 0, 0]}", "start.u: found 3 entries; 2 required: v, w"),
         (DRIVE, "{qd: [0, 0, 0]}", "start.qd: has no meaning for the model differential_drive; its start velocity is u: v, w"),
+        (NO_ZERO, "{qd: [0]}", "start.q[0]: joint 1: 0 is outside [1, 2]; where start.q is not given, all joints start at 0"),
         (POINT, "{q: [0, 2e6]}", "start.q[1]: found 2000000.0; allowed: at most 1000000"),
         (POINT, "{q: [0, on]}", "start.q[1]: found the text 'on'; a number is required"),
     ],
@@ -129,6 +135,7 @@ def test_start(robot: str, text: str, message: str) -> None:
     [
         ("{engine: planer}", "environment.engine: found the text 'planer'; did you mean 'planar'?; allowed: planar, pybullet"),
         ("{dynamics: true}", "environment.dynamics: true is not available with the engine planar; allowed: false"),
+        ("{substeps: 5}", "environment.substeps: has no meaning without dynamics: true"),
         ("{dynamics: on}", "environment.dynamics: found the text 'on'; true or false is required"),
         ("{dt: 0}", "environment.dt: found 0; allowed: at least 1e-05"),
         ("{dt: 0.3, duration: 1}", "environment.duration: 1 s is not a multiple of dt = 0.3 s; the nearest is 0.9"),
@@ -197,7 +204,8 @@ def test_goal(text: str, message: str) -> None:
         ("{shape: circle}", "obstacles: found a mapping; a list is required"),
         ("[{radius: 1, position: [0, 0]}]", "obstacles[0]: shape is missing; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
         ("[{shape: cirle, radius: 1, position: [0, 0]}]", "obstacles[0]: shape: found the text 'cirle'; did you mean 'circle'?; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
-        ("[{shape: sphere, radius: 1, position: [0, 0]}]", "obstacles[0].shape: sphere is not available with the engine planar; allowed: circle, rectangle"),
+        ("[{shape: sphere, radius: 1, position: [0, 0]}]", "obstacles[0].shape: sphere is not available with the engine planar; did you mean 'circle'?; allowed: circle, rectangle"),
+        ("[{shape: mesh, file: a.obj, position: [0, 0]}]", "obstacles[0].shape: mesh is not available with the engine planar; allowed: circle, rectangle"),
         ("[{shape: circle, size: [1, 1], radius: 1, position: [0, 0]}]", "obstacles[0].size: unknown key; did you mean 'spline'?; allowed: name, orientation, periodic, position, radius, shape, spline, trajectory"),
         ("[{shape: rectangle, size: [1], position: [0, 0]}]", "obstacles[0].size: found a list of 1; at least 2 entries are required"),
         ("[{shape: rectangle, size: [1, 1, 1], position: [0, 0]}]", "obstacles[0].size: found a list of 3; allowed: at most 2"),
@@ -228,7 +236,7 @@ GROUP = "count: [3, 5], shape: circle, position: [[-1, 1], [-1, 1]], radius: [0.
         ("{goal: [[0, 1]]}", "randomize.goal: found 1 ranges; 2 required, as the primary target has"),
         ("{obstacles: {count: 2, shape: circle}}", "randomize.obstacles.position: is missing"),
         (f"{{obstacles: {{{GROUP}, velocty: 1}}}}", "randomize.obstacles.velocty: unknown key; did you mean 'velocity'?; allowed: count, orientation, position, radius, shape, velocity"),
-        (f"{{obstacles: [{{{GROUP.replace('circle', 'sphere')}}}]}}", "randomize.obstacles[0].shape: sphere is not available with the engine planar; allowed: circle, rectangle"),
+        (f"{{obstacles: [{{{GROUP.replace('circle', 'sphere')}}}]}}", "randomize.obstacles[0].shape: sphere is not available with the engine planar; did you mean 'circle'?; allowed: circle, rectangle"),
         (f"{{obstacles: [{{{GROUP.replace('circle', 'mesh')}}}]}}", "randomize.obstacles[0]: shape: found the text 'mesh'; allowed: box, capsule, circle, cylinder, rectangle, sphere"),
         (f"{{obstacles: [{{{GROUP.replace('[3, 5]', '[5, 3]')}}}]}}", "randomize.obstacles[0].count: found [5, 3]; the lower bound comes first"),
         (f"{{obstacles: [{{{GROUP.replace('[3, 5]', '[0, 1000]')}}}]}}", "randomize.obstacles: 1 listed and up to 1000 drawn obstacles; allowed are 1000 in total"),
@@ -264,7 +272,7 @@ def test_randomize(text: str, message: str) -> None:
         ("xfail", "{pd: {outcomes: [collision]}}", "xfail.pd.reason: is missing"),
         ("xfail", "{pd: {reason: a, seeds: [1, -2]}}", "xfail.pd.seeds[1]: found -2; allowed: at least 0"),
         ("xfail", "{pd: 5}", "xfail.pd: found 5; a mapping is required"),
-        ("name", "a", "name: unknown key; allowed: description, environment, goal, obstacles, randomize, robot, seed, source, start, success, tags, trials, version, xfail"),
+        ("name", "a", "name: unknown key; allowed: certified, description, environment, goal, obstacles, randomize, robot, seed, source, start, success, tags, trials, version, xfail"),
     ],
 )  # fmt: skip
 def test_other_parts(part: str, text: str, message: str) -> None:
@@ -288,7 +296,7 @@ def test_a_box_is_for_positions() -> None:
 
 
 def test_the_engine_is_available() -> None:
-    message = "environment.engine: pybullet is not available in this version; allowed: planar"
+    message = "environment.engine: pybullet does not have planar_arm; write environment: {engine: planar}"
     check("environment", "{engine: pybullet}", message, obstacles=None)
 
 

@@ -145,9 +145,7 @@ def _check_turn(place: Loc, goal: OrientationGoal, environment: Environment) -> 
     given = next(form for form, value in forms.items() if value is not None)
     motion = motion_from(forms, "target")
     if any(stays_finite(place, NormalisedMotion(motion), environment)):
-        yield Fault(
-            (*place, given), "a quaternion of zeros is no orientation; allowed is any other, at all times"
-        )
+        yield Fault((*place, given), "a quaternion of zeros is no orientation; allowed is any other, at all times")
 
 
 def check_motion(

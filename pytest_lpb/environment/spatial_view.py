@@ -1,0 +1,111 @@
+"""From where a spatial problem is looked at: what must be seen, and the side from which most of it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import radians
+
+import numpy as np
+
+from pytest_lpb.environment.camera import Camera, direction, framing
+from pytest_lpb.environment.goal_marks import goal_marks
+from pytest_lpb.environment.visuals import VisibleBodies
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.client import Client
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.solids import geometry_of, pose_from, solid_of
+
+ELEVATION = radians(24.0)
+# From the side first, x to the right; behind the robot next, since obstacles tend to stand in front of it.
+AZIMUTHS = tuple(radians(angle) for angle in (-60.0, -100.0, -140.0, -20.0, 60.0, 100.0, 140.0, 20.0))
+PREFERENCE = 0.03  # of what is seen, by which a later side must be better
+TRIED_PX = (160, 120)  # pictures that are only counted
+TIMES = 25  # at which moving things are held in the picture
+LEAST_M = 0.15  # [m] around every place that is seen
+ROOM = 1.06  # of the distance that just holds everything
+GOAL_SAMPLES = 24  # points on a goal's ball, of which some may be hidden
+
+
+def camera_for(problem: Problem, client: Client, bodies: VisibleBodies, size: tuple[int, int], around: FloatArray) -> Camera:
+    """The camera for a problem whose bodies are in a client, placed as at the start.
+
+    Args:
+        problem: a spatial one.
+        client, bodies: what is looked at.
+        size: of the picture, width and height [px].
+        around: places (N, 3) [m] to be seen besides.
+    """
+    points = _places(problem, around)
+    targets = _goal_samples(problem)
+    seen = []
+    for azimuth in AZIMUTHS:
+        camera = framing(points, direction(azimuth, ELEVATION), TRIED_PX)
+        _, depth, ids = camera.take(client)
+        robot = np.count_nonzero(np.isin(ids, bodies.robot_ids))
+        seen.append((robot, _share_seen(camera, targets, depth)))
+    most = max(robot for robot, _ in seen) or 1
+    scores = [robot / most + goal - PREFERENCE * rank for rank, (robot, goal) in enumerate(seen)]
+    best = framing(points, direction(AZIMUTHS[int(np.argmax(scores))], ELEVATION), size)
+    return Camera(best.target + ROOM * (best.eye - best.target), best.target, *size)
+
+
+def start_frames(problem: Problem) -> FloatArray:
+    """Poses (links, 4, 4) of the robot's links at the start."""
+    robot = problem.robot
+    assert isinstance(robot, SpatialRobot)
+    return robot.link_frames(problem.start_q)
+
+
+def _places(problem: Problem, around: FloatArray) -> FloatArray:
+    """Corners (N, 3) [m] of what must be in the picture."""
+    times = np.linspace(0.0, problem.duration, TIMES)
+    frames = start_frames(problem)
+    goals = [mark for t in times for mark in goal_marks(problem, float(t), frames)]
+    margin = max(problem.robot.body_radius, LEAST_M)
+    parts = [_boxes(frames[:, :3, 3], margin), _boxes(around, margin)]
+    parts += [_boxes(mark.position[None], max(mark.radius, 0.5 * LEAST_M)) for mark in goals]
+    inner = np.concatenate(parts)
+    low, high = inner.min(axis=0), inner.max(axis=0)
+    reach = 0.3 * float(np.linalg.norm(high - low))
+    # A floor or a wall may go on for metres: what is far from robot and goal need not be seen.
+    corners = np.clip(_obstacle_corners(problem, times), low - reach, high + reach)
+    return np.concatenate([inner, corners])
+
+
+def _boxes(points: FloatArray, margin: float) -> FloatArray:
+    """Lower and upper corners of cubes around points (N, 3) [m]."""
+    return np.concatenate([points - margin, points + margin])
+
+
+def _obstacle_corners(problem: Problem, times: FloatArray) -> FloatArray:
+    corners = [np.empty((0, 3))]
+    for obstacle in problem.obstacles:
+        try:
+            solid = solid_of(geometry_of(obstacle))
+        except (ScenarioError, OSError):
+            continue  # a mesh that cannot be read is not seen either
+        positions, turns = obstacle.poses(times if obstacle.moving else times[:1])
+        for position, turn in zip(positions, turns, strict=True):
+            corners.append(_boxes(solid.placed(pose_from(position, turn)).points, solid.radius))
+    return np.concatenate(corners)
+
+
+def _goal_samples(problem: Problem) -> FloatArray:
+    """Points (N, 3) [m] on the balls of the goals at the start."""
+    shares = (np.arange(GOAL_SAMPLES) + 0.5) / GOAL_SAMPLES
+    turn, height = np.pi * (1.0 + 5.0**0.5) * np.arange(GOAL_SAMPLES), 1.0 - 2.0 * shares
+    ball = np.column_stack([np.cos(turn) * np.sqrt(1 - height**2), np.sin(turn) * np.sqrt(1 - height**2), height])
+    marks: Sequence[FloatArray] = [
+        mark.position + max(mark.radius, 0.02) * ball for mark in goal_marks(problem, 0.0, start_frames(problem))
+    ]
+    return np.concatenate([np.empty((0, 3)), *marks])
+
+
+def _share_seen(camera: Camera, points: FloatArray, depth: FloatArray) -> float:
+    """Share of points (N, 3) that nothing hides."""
+    places, away = camera.project(points)
+    inside = (places >= 0).all(axis=1) & (places < (camera.width, camera.height)).all(axis=1)
+    columns, rows = places[inside].astype(int).T
+    return float(np.count_nonzero(away[inside] < depth[rows, columns]) / max(len(points), 1))
