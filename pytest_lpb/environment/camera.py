@@ -19,7 +19,7 @@ VIEW_ANGLE = radians(40.0)  # [rad] from the lower to the upper edge
 NEAREST, FARTHEST = 0.02, 20.0  # of what is seen, in distances of the camera from what it looks at
 LIGHT = {
     "lightDirection": (1.0, -2.0, 3.0),
-    "lightAmbientCoeff": 0.7,
+    "lightAmbientCoeff": 0.6,
     "lightDiffuseCoeff": 0.4,
     "lightSpecularCoeff": 0.0,
 }

@@ -88,21 +88,22 @@ def sampled(camera: Camera, points: FloatArray) -> FloatArray:
 def _within(camera: Camera, samples: FloatArray) -> NDArray[np.bool_]:
     margin = LINE_PX // 2 + 1
     columns, rows = samples[:, 0], samples[:, 1]
-    inside = (columns >= margin) & (columns < camera.width - margin) & (rows >= margin) & (rows < camera.height - margin)
+    inside = (
+        (columns >= margin) & (columns < camera.width - margin) & (rows >= margin) & (rows < camera.height - margin)
+    )
     return np.asarray(inside)
 
 
 def add_samples(picture: Image, depth: FloatArray, samples: FloatArray, color: Rgb) -> None:
     """Draw the samples (N, 3) of a line into a picture (height, width, 3), faint where they are hidden."""
+    width = depth.shape[1]
     columns, rows = samples[:, :2].astype(int).T
     visible = samples[:, 2] <= depth[rows, columns]
-    shown = np.zeros(depth.shape, dtype=bool)
-    hidden = np.zeros(depth.shape, dtype=bool)
     half = LINE_PX // 2
-    for down in range(-half, half + 1):
-        for aside in range(-half, half + 1):
-            shown[rows[visible] + down, columns[visible] + aside] = True
-            hidden[rows[~visible] + down, columns[~visible] + aside] = True
-    hidden &= ~shown
-    picture[shown] = color
-    picture[hidden] = ((1.0 - HIDDEN_OPACITY) * picture[hidden] + HIDDEN_OPACITY * np.array(color)).astype(np.uint8)
+    steps = np.arange(-half, half + 1)
+    pixels = (rows * width + columns)[:, None] + (steps[:, None] * width + steps).ravel()
+    shown = np.unique(pixels[visible])
+    hidden = np.setdiff1d(pixels[~visible], shown)
+    flat = picture.reshape(-1, 3)
+    flat[shown] = color
+    flat[hidden] = ((1.0 - HIDDEN_OPACITY) * flat[hidden] + HIDDEN_OPACITY * np.array(color)).astype(np.uint8)

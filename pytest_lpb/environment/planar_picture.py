@@ -151,5 +151,8 @@ def _extent(problem: Problem, around: FloatArray) -> tuple[FloatArray, FloatArra
     if len(around):
         size = high - low
         # A path that runs far away must not shrink the picture.
-        low, high = np.minimum(low, around.min(axis=0).clip(low - size)), np.maximum(high, around.max(axis=0).clip(None, high + size))
+        low, high = (
+            np.minimum(low, around.min(axis=0).clip(low - size)),
+            np.maximum(high, around.max(axis=0).clip(None, high + size)),
+        )
     return low, high

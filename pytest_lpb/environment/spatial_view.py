@@ -28,7 +28,9 @@ ROOM = 1.06  # of the distance that just holds everything
 GOAL_SAMPLES = 24  # points on a goal's ball, of which some may be hidden
 
 
-def camera_for(problem: Problem, client: Client, bodies: VisibleBodies, size: tuple[int, int], around: FloatArray) -> Camera:
+def camera_for(
+    problem: Problem, client: Client, bodies: VisibleBodies, size: tuple[int, int], around: FloatArray
+) -> Camera:
     """The camera for a problem whose bodies are in a client, placed as at the start.
 
     Args:

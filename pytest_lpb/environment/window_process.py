@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import os
 import sys
-from math import degrees
+from math import degrees, tan
 from typing import Any, TextIO
 
 import numpy as np
 
-from pytest_lpb.environment.camera import Camera
+from pytest_lpb.environment.camera import VIEW_ANGLE, Camera
 from pytest_lpb.environment.goal_marks import GoalMark, goal_marks, traced_pose
 from pytest_lpb.environment.spatial_view import camera_for, start_frames
 from pytest_lpb.environment.visuals import VisibleBodies
@@ -26,6 +26,8 @@ PATH = (0.835, 0.369, 0.0)
 FRAME = ((0.8, 0.15, 0.15), (0.1, 0.55, 0.1), (0.15, 0.3, 0.8))  # x, y, z
 OPACITY = 0.45
 LINE_PX = 3
+BACKGROUND = (0.9, 0.92, 0.94)
+WINDOW_ROOM = 1.15  # of the distance that would show the same: nearer things look larger at a wide angle
 STEP = 0.005  # of the camera's distance: what a path is longer by before it gets another line
 
 
@@ -33,7 +35,9 @@ class WindowClient(Client):
     """A client with PyBullet's window."""
 
     def __init__(self) -> None:
-        self.id = pybullet.connect(pybullet.GUI, options=f"--width={WIDTH} --height={HEIGHT}")
+        colors = zip(("red", "green", "blue"), BACKGROUND, strict=True)
+        background = " ".join(f"--background_color_{name}={value}" for name, value in colors)
+        self.id = pybullet.connect(pybullet.GUI, options=f"--width={WIDTH} --height={HEIGHT} {background}")
         self.set_up()
         for flag in (pybullet.COV_ENABLE_GUI, pybullet.COV_ENABLE_SHADOWS, pybullet.COV_ENABLE_MOUSE_PICKING):
             self.call("configureDebugVisualizer", flag, 0)
@@ -100,11 +104,12 @@ class ShownScene:
 
 
 def look_from(client: Client, camera: Camera) -> None:
-    """Have the window look as a camera does."""
+    """Have the window look as a camera does, from as near as its own, wider angle of view lets it see the same."""
     ahead = camera.axes[2]
     yaw, pitch = np.arctan2(-ahead[0], ahead[1]), np.arcsin(ahead[2])
-    target = camera.target.tolist()
-    client.call("resetDebugVisualizerCamera", camera.distance, degrees(yaw), degrees(pitch), target)
+    projection = client.call("getDebugVisualizerCamera")[3]
+    distance = WINDOW_ROOM * camera.distance * tan(0.5 * VIEW_ANGLE) * projection[5]
+    client.call("resetDebugVisualizerCamera", distance, degrees(yaw), degrees(pitch), camera.target.tolist())
 
 
 def main() -> None:

@@ -132,14 +132,15 @@ class SelfDistances:
     Args:
         robot: gives the pairs of bodies.
         points: its control points.
+        pairs: those to look at; default all of the robot's.
     """
 
-    def __init__(self, robot: Robot, points: Points) -> None:
+    def __init__(self, robot: Robot, points: Points, pairs: Sequence[tuple[str, str]] | None = None) -> None:
         owners = np.array(points.owners)
         first: list[int] = []
         second: list[int] = []
         starts: list[int] = []
-        for one, other in robot.self_collision_pairs:
+        for one, other in robot.self_collision_pairs if pairs is None else pairs:
             i, j = np.meshgrid(np.flatnonzero(owners == one), np.flatnonzero(owners == other))
             starts.append(len(first))
             first += i.ravel().tolist()
@@ -149,8 +150,16 @@ class SelfDistances:
         self._radii = points.radii[self._first] + points.radii[self._second] if first else np.zeros(0)
         self._length = LENGTHS[robot.dimension]
 
+    def least(self, positions: FloatArray) -> FloatArray:
+        """The least distance of each pair of bodies (pairs,) [m] at positions (m, dimension)."""
+        distance = self._length(positions[self._first] - positions[self._second]) - self._radii
+        least: FloatArray = np.minimum.reduceat(distance, self._starts)
+        return least
+
     def nearest(self, positions: FloatArray, within: float) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
         """The nearest points of each pair of bodies closer than `within` [m]: first, second, distance [m]."""
+        if not len(self._starts):
+            return self._first, self._second, self._radii
         offset = positions[self._first] - positions[self._second]
         distance = self._length(offset) - self._radii
         least = np.minimum.reduceat(distance, self._starts)

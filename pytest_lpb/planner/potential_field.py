@@ -17,7 +17,7 @@ from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fields import LENGTHS, ControlPoints, Distances, ObstacleField, Points, SelfDistances
-from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField
+from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances
 from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -25,10 +25,10 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 
 NOTHING = (np.zeros((0, 2, 0)), np.zeros((0, 2)))  # no points, no forces
 
-# Control points and distances to obstacles, by dimension.
-GEOMETRY: dict[int, tuple[Callable[..., Points], Callable[..., Distances]]] = {
-    2: (ControlPoints, ObstacleField),
-    3: (SpatialControlPoints, SpatialObstacleField),
+# Control points, distances to obstacles and between the robot's own bodies, by dimension.
+GEOMETRY: dict[int, tuple[Callable[..., Points], Callable[..., Distances], Callable[..., SelfDistances]]] = {
+    2: (ControlPoints, ObstacleField, lambda robot, points, _: SelfDistances(robot, points)),
+    3: (SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances),
 }
 SMALL = 1e-9  # [m] two points nearer than this push each other nowhere
 
@@ -68,9 +68,10 @@ class PotentialField(Planner):
         self._axes = np.arange(problem.dimension)
         self._length = LENGTHS[problem.dimension]
         self._task = Task(problem, parameters.lookahead)
-        control_points, obstacle_field = GEOMETRY[problem.dimension]
+        control_points, obstacle_field, own_distances = GEOMETRY[problem.dimension]
         self._points = control_points(problem.robot, parameters.spacing, parameters.lookahead)
-        self._own = SelfDistances(problem.robot, self._points) if problem.robot.self_collision_pairs else None
+        pairs = problem.robot.self_collision_pairs
+        self._own = own_distances(problem.robot, self._points, parameters.self_influence) if pairs else None
         self._obstacles = obstacle_field(problem.obstacles) if problem.obstacles else None
         self._limits = problem.robot.limits.position.T
         self._limited = bool(np.isfinite(self._limits).any())

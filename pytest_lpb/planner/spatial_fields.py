@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
-from pytest_lpb.planner.fields import nearest_of_bodies
+from pytest_lpb.planner.fields import Points, SelfDistances, nearest_of_bodies
 from pytest_lpb.problem.robot import Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 
 SMALL = 1e-12  # [m] distances below have no direction
+SAMPLES = 32  # configurations in which pairs of bodies are looked at
 MESH_SPACING = 0.04  # [m] between the points that stand for a mesh
 
 
@@ -68,6 +69,30 @@ class SpatialControlPoints:
     def nearest(self, distance: FloatArray) -> FloatArray:
         """Which points (m, n), as True, are nearest of their body to an obstacle; of distances (m, n) [m]."""
         return nearest_of_bodies(distance, self._bodies, self._body_of)
+
+
+class SpatialSelfDistances(SelfDistances):
+    """Distances between a robot's own bodies, by the capsules that hold them.
+
+    Capsules of neighbouring links overlap where their geometry does not: pairs that are nearer than `influence` in most
+    configurations are left out.
+
+    Args:
+        robot: spatial robot.
+        points: its control points.
+        influence: distance [m] from which bodies repel each other.
+    """
+
+    def __init__(self, robot: Robot, points: Points, influence: float) -> None:
+        super().__init__(robot, points)
+        limits = np.clip(robot.limits.position, -np.pi, np.pi)
+        generator = np.random.Generator(np.random.PCG64(0))
+        near = np.zeros(len(robot.self_collision_pairs))
+        for _ in range(SAMPLES):
+            positions, _ = points.at(limits[:, 0] + generator.random(robot.dof) * (limits[:, 1] - limits[:, 0]))
+            near += self.least(positions) < influence
+        kept = [pair for pair, count in zip(robot.self_collision_pairs, near, strict=True) if count < 0.5 * SAMPLES]
+        super().__init__(robot, points, kept)
 
 
 class _Boxes:

@@ -134,15 +134,13 @@ def test_every_kpi_that_depends_on_space_has_a_known_value() -> None:
 
 
 def time_to_collision(robot: dict[str, Any], q: list[float], qd: list[float], *obstacles: dict[str, Any]) -> float:
-    goal = {"name": "g", "type": "joint", "joints": [], "target": []}
-    goal["joints"], goal["target"] = _first_joint(robot)
-    rows: Array = np.array([q, q])
+    """Of a robot that is at q with qd at 0 and 0.1 s."""
+    joint = "x" if robot["base"] != "fixed" else robot["joints"][0]
+    goal = {"name": "start", "type": "joint", "joints": [joint], "target": [0.0]}
     problem = make_problem(robot, goal=[goal], obstacles=obstacles)
-    return time_to_collision_min(make_trial(problem, rows, qd=np.array([qd, qd])))
-
-
-def _first_joint(robot: dict[str, Any]) -> tuple[list[str], list[float]]:
-    return [(["x", "y", "theta"] if robot["base"] != "fixed" else robot["joints"])[0]], [0.0]
+    dof = problem.robot.dof
+    trial = make_trial(problem, np.array([q[:dof]] * 2), qd=np.array([qd[:dof]] * 2))
+    return time_to_collision_min(trial)
 
 
 def test_time_to_collision_takes_the_height_into_account() -> None:
@@ -153,7 +151,7 @@ def test_time_to_collision_takes_the_height_into_account() -> None:
 
 
 def test_time_to_collision_uses_both_velocities_in_space() -> None:
-    falling = {**ball([0.0] * 3, 0.3), "position": None, "trajectory": ["0", "0", "5 - 0*t - 2*t"]}
+    falling = {**ball([0.0] * 3, 0.3), "position": None, "trajectory": ["0", "0", "5 - 2*t"]}
     # Rows at 0 and 0.1 s: the ball is at 5 and 4.8, the robot climbs at 1 m/s.
     found = time_to_collision(POINT_3D, [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], falling)
     assert found == pytest.approx((4.8 - 0.5) / 3.0)
@@ -202,10 +200,8 @@ def test_time_to_collision_of_a_ball_beside_the_middle_of_a_turning_base() -> No
     ids=["arm", "arm with one ball", "box", "leaning cylinder", "arm on a base", "two balls"],
 )
 def test_time_to_collision_is_for_the_one_round_body_of_points_and_bases(robot: dict[str, Any]) -> None:
-    problem = make_problem(robot, goal=[{"name": "g", "type": "joint", "joints": _first_joint(robot)[0], "target": [0]}])
-    dof = problem.robot.dof
-    towards = [1.0] * dof
-    assert math.isnan(time_to_collision(robot, [0.0] * dof, towards, ball([0.0, 0.0, 0.0], 0.9)))
+    at_rest, towards = [0.0] * 6, [1.0] * 6
+    assert math.isnan(time_to_collision(robot, at_rest, towards, ball([0.0, 0.0, 0.0], 0.9)))
 
 
 def test_time_to_collision_leaves_out_other_shapes_in_space() -> None:

@@ -8,11 +8,11 @@ from math import hypot
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.problem.spatial.urdf import Geometry
 
 MAX_POINTS_PER_EDGE = 50
@@ -111,32 +111,21 @@ def capsule_of(shape: Geometry) -> Capsule:
 
 def surface_points(file: str, scale: float, spacing: float, *, concave: bool) -> FloatArray:
     """Points (n, 3) [m] on a mesh, or on its convex hull, no farther than `spacing` [m] from their neighbours."""
-    vertices, triangles = _triangles(Path(file), (scale, scale, scale), concave=concave)
-    points = [vertices]
-    for a, b, c in vertices[triangles]:
+    triangles = scale * mesh_triangles(Path(file)) if concave else _hull_triangles(Path(file), scale)
+    points = [triangles.reshape(-1, 3)]
+    for a, b, c in triangles:
         longest = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
         count = min(int(longest / spacing), MAX_POINTS_PER_EDGE)
         if count:
-            shares = np.array([(i, j) for i in range(count + 2) for j in range(count + 2 - i)], dtype=float) / (
-                count + 1
-            )
+            pairs = [(i, j) for i in range(count + 2) for j in range(count + 2 - i)]
+            shares = np.array(pairs, dtype=float) / (count + 1)
             points.append(a + shares[:, :1] * (b - a) + shares[:, 1:] * (c - a))
     return np.unique(np.round(np.vstack(points), 6), axis=0)
 
 
-def _triangles(path: Path, scale: tuple[float, float, float], *, concave: bool) -> tuple[FloatArray, NDArray[np.intp]]:
-    """Vertices (n, 3) [m] and triangles (m, 3) of a mesh, or of its convex hull."""
-    if not concave:
-        from scipy.spatial import ConvexHull
+def _hull_triangles(path: Path, scale: float) -> FloatArray:
+    from scipy.spatial import ConvexHull  # late: it takes a third of a second
 
-        vertices = mesh_vertices(path, scale)
-        return vertices, np.asarray(ConvexHull(vertices).simplices)
-    client = Client()
-    try:
-        shape = client.call("createVisualShape", pybullet.GEOM_MESH, fileName=str(path), meshScale=list(scale))
-        body = client.call("createMultiBody", 0, -1, shape)
-        flat = client.call("getMeshData", body, -1, flags=pybullet.MESH_DATA_SIMULATION_MESH)[1]
-    finally:
-        client.close()
-    corners = np.array(flat, dtype=float).reshape(-1, 3)
-    return corners, np.arange(len(corners) // 3 * 3).reshape(-1, 3)
+    vertices = mesh_vertices(path, (scale, scale, scale))
+    triangles: FloatArray = vertices[ConvexHull(vertices).simplices]
+    return triangles
