@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, radians, sin, tan
+from math import cos, degrees, radians, sin, tan
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from pytest_lpb.problem.spatial.client import Client, pybullet
 
 Image = NDArray[np.uint8]  # (height, width, 3)
 
-VIEW_ANGLE = radians(40.0)  # [rad] from the lower to the upper edge
+VIEW_ANGLE = radians(40.0)  # [rad]
 NEAREST, FARTHEST = 0.02, 20.0  # of what is seen, in distances of the camera from what it looks at
 LIGHT = {
     "lightDirection": (1.0, -2.0, 3.0),
@@ -32,12 +32,14 @@ class Camera:
     Attributes:
         eye, target: where it stands and looks, (3,) [m].
         width, height: of its pictures [px].
+        angle: of view, from the lower to the upper edge [rad].
     """
 
     eye: FloatArray
     target: FloatArray
     width: int
     height: int
+    angle: float = VIEW_ANGLE
 
     @property
     def distance(self) -> float:
@@ -55,7 +57,7 @@ class Camera:
     @property
     def focal_length(self) -> float:
         """[px]: size in the picture of what is as large as it is far away."""
-        return 0.5 * self.height / tan(0.5 * VIEW_ANGLE)
+        return 0.5 * self.height / tan(0.5 * self.angle)
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places of points (N, 3) [m]: column and row (N, 2) [px], and depth (N,) [m], NaN behind the camera."""
@@ -78,7 +80,7 @@ class Camera:
         near, far = NEAREST * self.distance, FARTHEST * self.distance
         aspect = self.width / self.height
         view = pybullet.computeViewMatrix(self.eye.tolist(), self.target.tolist(), (0.0, 0.0, 1.0))
-        projection = pybullet.computeProjectionMatrixFOV(np.degrees(VIEW_ANGLE), aspect, near, far)
+        projection = pybullet.computeProjectionMatrixFOV(degrees(self.angle), aspect, near, far)
         renderer: dict[str, Any] = {"renderer": pybullet.ER_TINY_RENDERER, **LIGHT}
         taken = client.call("getCameraImage", self.width, self.height, view, projection, **renderer)
         size = (self.height, self.width)
@@ -93,7 +95,7 @@ def direction(azimuth: float, elevation: float) -> FloatArray:
     return np.array([cos(azimuth) * cos(elevation), sin(azimuth) * cos(elevation), sin(elevation)])
 
 
-def framing(points: FloatArray, towards_eye: FloatArray, size: tuple[int, int]) -> Camera:
+def framing(points: FloatArray, towards_eye: FloatArray, size: tuple[int, int], angle: float = VIEW_ANGLE) -> Camera:
     """The nearest camera in a direction that has all points (N, 3) [m] in its picture.
 
     Each edge of the picture bounds the eye by the plane through the outermost point: what is left is a closed form.
@@ -102,13 +104,12 @@ def framing(points: FloatArray, towards_eye: FloatArray, size: tuple[int, int]) 
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axes = Camera(centre + towards_eye, centre, width, height).axes
     across, up, ahead = axes @ (points - centre).T
-    eye = np.zeros(3)
+    slope = tan(0.5 * angle)
+    shift = np.zeros(3)
     distance = 0.0
-    for index, (values, slope) in enumerate(
-        ((across, tan(0.5 * VIEW_ANGLE) * width / height), (up, tan(0.5 * VIEW_ANGLE)))
-    ):
-        highest, lowest = (values - slope * ahead).max(), (values + slope * ahead).min()
-        eye[index] = 0.5 * (highest + lowest)
-        distance = max(distance, 0.5 * float(highest - lowest) / slope)
-    target = centre + eye @ axes
-    return Camera(target + distance * towards_eye, target, width, height)
+    for index, (values, edge) in enumerate(((across, slope * width / height), (up, slope))):
+        highest, lowest = (values - edge * ahead).max(), (values + edge * ahead).min()
+        shift[index] = 0.5 * (highest + lowest)
+        distance = max(distance, 0.5 * float(highest - lowest) / edge)
+    target = centre + shift @ axes
+    return Camera(target + distance * towards_eye, target, width, height, angle)

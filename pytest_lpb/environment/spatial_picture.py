@@ -40,7 +40,7 @@ class SpatialPicture:
     """
 
     def __init__(self, *, show: bool, around: FloatArray | None = None) -> None:
-        self._around = np.empty((0, 3)) if around is None else around
+        self._around = around
         self._window = SpatialWindow() if show else None
         self._scene: RenderedScene | None = None
         self._problem: Problem | None = None
@@ -92,7 +92,7 @@ class RenderedScene:
         around: places (N, 3) [m] to be held in the picture.
     """
 
-    def __init__(self, problem: Problem, around: FloatArray) -> None:
+    def __init__(self, problem: Problem, around: FloatArray | None) -> None:
         assert isinstance(problem.robot, SpatialRobot), f"{problem.robot.name} is no spatial robot"
         self._problem = problem
         self._robot = problem.robot

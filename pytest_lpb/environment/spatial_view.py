@@ -7,7 +7,7 @@ from math import radians
 
 import numpy as np
 
-from pytest_lpb.environment.camera import Camera, direction, framing
+from pytest_lpb.environment.camera import VIEW_ANGLE, Camera, direction, framing
 from pytest_lpb.environment.goal_marks import goal_marks
 from pytest_lpb.environment.visuals import VisibleBodies
 from pytest_lpb.errors import ScenarioError
@@ -38,19 +38,20 @@ def camera_for(
         client, bodies: what is looked at.
         size: of the picture, width and height [px].
         around: places (N, 3) [m] to be seen besides.
+        angle: of view, from the lower to the upper edge [rad].
     """
-    points = _places(problem, around)
+    points = _places(problem, np.empty((0, 3)) if around is None else around)
     targets = _goal_samples(problem)
     seen = []
     for azimuth in AZIMUTHS:
-        camera = framing(points, direction(azimuth, ELEVATION), TRIED_PX)
+        camera = framing(points, direction(azimuth, ELEVATION), TRIED_PX, angle)
         _, depth, ids = camera.take(client)
         robot = np.count_nonzero(np.isin(ids, bodies.robot_ids))
         seen.append((robot, _share_seen(camera, targets, depth)))
     most = max(robot for robot, _ in seen) or 1
     scores = [robot / most + goal - PREFERENCE * rank for rank, (robot, goal) in enumerate(seen)]
-    best = framing(points, direction(AZIMUTHS[int(np.argmax(scores))], ELEVATION), size)
-    return Camera(best.target + ROOM * (best.eye - best.target), best.target, *size)
+    best = framing(points, direction(AZIMUTHS[int(np.argmax(scores))], ELEVATION), size, angle)
+    return Camera(best.target + ROOM * (best.eye - best.target), best.target, *size, angle)
 
 
 def start_frames(problem: Problem) -> FloatArray:

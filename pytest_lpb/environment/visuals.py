@@ -87,6 +87,20 @@ _VISUALS: dict[str, Callable[[Geometry], dict[str, Any]]] = {
 }
 
 
+def add_body(client: Client, shape: Geometry, color: Color | None) -> int:
+    """A body to look at: PyBullet's id. Without a colour it has that of its mesh's file."""
+    keywords = _VISUALS[shape.kind](shape) | ({} if color is None else {"rgbaColor": color})
+    visual = client.call("createVisualShape", **keywords)
+    body: int = client.call("createMultiBody", baseMass=0, baseVisualShapeIndex=visual)
+    return body
+
+
+def put_body(client: Client, body: int, position: Sequence[float], turn: Sequence[float]) -> None:
+    """Place a body at a position [m] with an orientation wxyz."""
+    w, x, y, z = turn
+    client.call("resetBasePositionAndOrientation", body, position, (x, y, z, w))
+
+
 class VisibleBodies:
     """A robot and obstacles in a client, to be looked at.
 
@@ -100,31 +114,21 @@ class VisibleBodies:
         self._client = client
         self._problem = problem
         shapes = list(_shapes_of(problem.robot))
-        self.robot_ids = [self._body(shape, color) for _, shape, color in shapes]
+        self.robot_ids = [add_body(client, shape, color) for _, shape, color in shapes]
         self._links = [link for link, *_ in shapes]
         self._origins = np.array([shape.origin for _, shape, _ in shapes]).reshape(-1, 4, 4)
-        self._obstacles = [self._body(geometry_of(obstacle), OBSTACLE) for obstacle in problem.obstacles]
-
-    def _body(self, shape: Geometry, color: Color | None) -> int:
-        keywords = _VISUALS[shape.kind](shape) | ({} if color is None else {"rgbaColor": color})
-        visual = self._client.call("createVisualShape", **keywords)
-        body: int = self._client.call("createMultiBody", baseMass=0, baseVisualShapeIndex=visual)
-        return body
+        self._obstacles = [add_body(client, geometry_of(obstacle), OBSTACLE) for obstacle in problem.obstacles]
 
     def place(self, t: float, frames: FloatArray) -> None:
         """Show the robot with its links at poses (links, 4, 4), and the obstacles as they are at a time [s]."""
         poses = frames[self._links] @ self._origins
         turns = quaternions_of(poses[:, :3, :3]).tolist()
         for body, position, turn in zip(self.robot_ids, poses[:, :3, 3].tolist(), turns, strict=True):
-            self._put(body, position, turn)
+            put_body(self._client, body, position, turn)
         times = np.array([t])
         for body, obstacle in zip(self._obstacles, self._problem.obstacles, strict=True):
             position, turn = (values[0].tolist() for values in obstacle.poses(times))
-            self._put(body, position, turn)
-
-    def _put(self, body: int, position: Sequence[float], turn: Sequence[float]) -> None:
-        w, x, y, z = turn
-        self._client.call("resetBasePositionAndOrientation", body, position, (x, y, z, w))
+            put_body(self._client, body, position, turn)
 
 
 def _shapes_of(robot: SpatialRobot) -> Iterator[tuple[int, Geometry, Color | None]]:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import os
 import sys
-from math import degrees, tan
+from math import asin, atan, atan2, degrees, tan
 from typing import Any, TextIO
 
 import numpy as np
 
-from pytest_lpb.environment.camera import VIEW_ANGLE, Camera
+from pytest_lpb.environment.camera import Camera
 from pytest_lpb.environment.goal_marks import GoalMark, goal_marks, traced_pose
 from pytest_lpb.environment.spatial_view import camera_for, start_frames
-from pytest_lpb.environment.visuals import VisibleBodies
+from pytest_lpb.environment.visuals import VisibleBodies, add_body, put_body
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
 from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.rotations import from_matrix
+from pytest_lpb.problem.spatial.urdf import Geometry
 
 READY = "ready"
 WIDTH, HEIGHT = 960, 720  # [px]
@@ -26,9 +28,10 @@ PATH = (0.835, 0.369, 0.0)
 FRAME = ((0.8, 0.15, 0.15), (0.1, 0.55, 0.1), (0.15, 0.3, 0.8))  # x, y, z
 OPACITY = 0.45
 LINE_PX = 3
+STEP = 0.01  # of half of what is seen: what a path is longer by before it gets another line
+LEAST_RADIUS = 0.02  # of half of what is seen: of a goal without a tolerance
+AXIS_LENGTH, AXIS_RADIUS = 0.12, 0.05  # of half of what is seen, and of the length
 BACKGROUND = (0.9, 0.92, 0.94)
-WINDOW_ROOM = 1.15  # of the distance that would show the same: nearer things look larger at a wide angle
-STEP = 0.005  # of the camera's distance: what a path is longer by before it gets another line
 
 
 class WindowClient(Client):
@@ -57,59 +60,54 @@ class ShownScene:
         frames = start_frames(problem)
         self._bodies = VisibleBodies(client, problem)
         self._bodies.place(0.0, frames)
-        camera = camera_for(problem, client, self._bodies, (WIDTH, HEIGHT), np.empty((0, 3)))
-        self._distance = camera.distance
+        angle = 2.0 * atan(1.0 / client.call("getDebugVisualizerCamera")[3][5])
+        camera = camera_for(problem, client, self._bodies, (WIDTH, HEIGHT), angle=angle)
         look_from(client, camera)
-        self._goals = [self._ball(mark) for mark in goal_marks(problem, 0.0, frames)]
-        self._axes: dict[tuple[int, int], int] = {}
+        self._size = camera.distance * tan(0.5 * angle)  # [m] half of what is seen
+        self._marks = [self._bodies_of(mark) for mark in goal_marks(problem, 0.0, frames)]
         self._last = traced_pose(problem.primary, problem, frames)[:3, 3]
         client.call("configureDebugVisualizer", pybullet.COV_ENABLE_RENDERING, 1)
 
-    def _ball(self, mark: GoalMark) -> int:
-        """A goal's translucent ball; -1 for a goal that has none."""
-        if mark.radius <= 0.0:
-            return -1
-        visual = self._client.call(
-            "createVisualShape", pybullet.GEOM_SPHERE, radius=mark.radius, rgbaColor=(*GOAL, OPACITY)
-        )
-        body: int = self._client.call("createMultiBody", baseMass=0, baseVisualShapeIndex=visual)
-        return body
+    def _bodies_of(self, mark: GoalMark) -> list[tuple[int, FloatArray]]:
+        """What a goal's mark is made of: bodies, and their poses (4, 4) in the mark's frame."""
+        if mark.rotation is None:
+            shape = Geometry("sphere", (max(mark.radius, LEAST_RADIUS * self._size),))
+            return [(add_body(self._client, shape, (*GOAL, OPACITY)), np.eye(4))]
+        length = AXIS_LENGTH * self._size
+        shape = Geometry("cylinder", (AXIS_RADIUS * length, length))
+        made = []
+        for axis, color in enumerate(FRAME):
+            pose = np.eye(4)
+            pose[:3, :3] = np.roll(np.eye(3), axis + 1, axis=0)  # z to x, y or z
+            pose[axis, 3] = 0.5 * length
+            made.append((add_body(self._client, shape, (*color, 1.0)), pose))
+        return made
 
     def show(self, t: float, q: list[float]) -> None:
         """Show the problem at a time [s] and joint positions q (dof,); the path goes on to there."""
         frames = self._robot.link_frames(q)
         self._bodies.place(t, frames)
-        for index, mark in enumerate(goal_marks(self._problem, t, frames)):
-            if self._goals[index] >= 0:
-                self._client.call(
-                    "resetBasePositionAndOrientation", self._goals[index], mark.position.tolist(), (0, 0, 0, 1)
-                )
+        for mark, bodies in zip(goal_marks(self._problem, t, frames), self._marks, strict=True):
+            frame = np.eye(4)
+            frame[:3, 3] = mark.position
             if mark.rotation is not None:
-                self._show_axes(index, mark.position, mark.rotation)
+                frame[:3, :3] = mark.rotation
+            for body, pose in bodies:
+                placed = frame @ pose
+                put_body(self._client, body, placed[:3, 3].tolist(), from_matrix(placed[:3, :3]))
         here = traced_pose(self._problem.primary, self._problem, frames)[:3, 3]
-        if np.linalg.norm(here - self._last) > STEP * self._distance:
-            self._line(self._last, here, PATH)
+        if np.linalg.norm(here - self._last) > STEP * self._size:
+            self._client.call("addUserDebugLine", self._last.tolist(), here.tolist(), PATH, LINE_PX)
             self._last = here
-
-    def _show_axes(self, index: int, position: FloatArray, rotation: FloatArray) -> None:
-        for axis, color in enumerate(FRAME):
-            end = position + 0.05 * self._distance * rotation[:, axis]
-            self._axes[index, axis] = self._line(position, end, color, self._axes.get((index, axis), -1))
-
-    def _line(self, start: FloatArray, end: FloatArray, color: tuple[float, ...], replaced: int = -1) -> int:
-        made: int = self._client.call(
-            "addUserDebugLine", start.tolist(), end.tolist(), color, LINE_PX, replaceItemUniqueId=replaced
-        )
-        return made
 
 
 def look_from(client: Client, camera: Camera) -> None:
-    """Have the window look as a camera does, from as near as its own, wider angle of view lets it see the same."""
+    """Have the window look as a camera does."""
     ahead = camera.axes[2]
-    yaw, pitch = np.arctan2(-ahead[0], ahead[1]), np.arcsin(ahead[2])
-    projection = client.call("getDebugVisualizerCamera")[3]
-    distance = WINDOW_ROOM * camera.distance * tan(0.5 * VIEW_ANGLE) * projection[5]
-    client.call("resetDebugVisualizerCamera", distance, degrees(yaw), degrees(pitch), camera.target.tolist())
+    yaw, pitch = atan2(-ahead[0], ahead[1]), asin(ahead[2])
+    client.call(
+        "resetDebugVisualizerCamera", camera.distance, degrees(yaw), degrees(pitch), camera.target.tolist()
+    )
 
 
 def main() -> None:

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pytest_lpb.planner.configuration import load_configuration
+from pytest_lpb.planner.files import find_planners
 from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.scenario.draw import draw_problem
@@ -46,7 +47,12 @@ VARIANTS: tuple[tuple[str, dict[str, Any]], ...] = (
 def from_trials(problem: Problem) -> Iterator[tuple[str, Array, Array]]:
     """Rows of successful trials, every few."""
     for name, parameters in VARIANTS:
-        configuration = load_configuration(name, Path.cwd(), parameters)
+        configuration = find_planners([name], [Path("planners")])[0]
+        configuration = replace(
+            configuration,
+            parameters=configuration.parameters | parameters,
+            per_robot=_with(configuration.per_robot, parameters),
+        )
         trajectory = run_trial(TrialSpecification(problem.to_dict(), configuration))
         if not trajectory.metadata["success"]:
             continue
@@ -55,6 +61,10 @@ def from_trials(problem: Problem) -> Iterator[tuple[str, Array, Array]]:
             every = max(1, round(spacing / problem.dt))
             rows = sorted({*range(0, last, every), last})
             yield f"Found by the planner {name} {parameters or ''}".rstrip(), trajectory.t[rows], trajectory.q[rows]
+
+
+def _with(per_robot: Mapping[str, Mapping[str, Any]], parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    return {name: {**given, **parameters} for name, given in per_robot.items()}
 
 
 def connected(problem: Problem) -> Iterator[tuple[str, Array, Array]]:

@@ -205,7 +205,7 @@ def test_goal(text: str, message: str) -> None:
         ("[{radius: 1, position: [0, 0]}]", "obstacles[0]: shape is missing; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
         ("[{shape: cirle, radius: 1, position: [0, 0]}]", "obstacles[0]: shape: found the text 'cirle'; did you mean 'circle'?; allowed: box, capsule, circle, cylinder, mesh, rectangle, sphere"),
         ("[{shape: sphere, radius: 1, position: [0, 0]}]", "obstacles[0].shape: sphere is not available with the engine planar; did you mean 'circle'?; allowed: circle, rectangle"),
-        ("[{shape: mesh, file: a.obj, position: [0, 0]}]", "obstacles[0].shape: mesh is not available with the engine planar; allowed: circle, rectangle"),
+        ("[{shape: cylinder, radius: 1, length: 1, position: [0, 0]}]", "obstacles[0].shape: cylinder is not available with the engine planar; allowed: circle, rectangle"),
         ("[{shape: circle, size: [1, 1], radius: 1, position: [0, 0]}]", "obstacles[0].size: unknown key; did you mean 'spline'?; allowed: name, orientation, periodic, position, radius, shape, spline, trajectory"),
         ("[{shape: rectangle, size: [1], position: [0, 0]}]", "obstacles[0].size: found a list of 1; at least 2 entries are required"),
         ("[{shape: rectangle, size: [1, 1, 1], position: [0, 0]}]", "obstacles[0].size: found a list of 3; allowed: at most 2"),

@@ -138,11 +138,13 @@ class BicycleBase(Base):
             rates = action
         after = [u[0] + rates[0] * dt, u[1] + rates[1] * dt]
         steering = q[3] + (u[1] + 0.5 * rates[1] * dt) * dt
-        steepest = max(abs(q[3]), abs(steering), abs(q[3]) + (abs(u[1]) + abs(rates[1]) * dt) * dt)
+        steepest = max(abs(q[3]), abs(steering))
+        if u[1] * after[1] < 0.0:  # the rate changes its sign on the way, where the angle has its extreme
+            steepest = max(steepest, abs(q[3] - 0.5 * u[1] * u[1] / rates[1]))
         if not steepest < _MAX_STEERING:
             raise ValueError(f"a steering angle of {steepest:g} rad; allowed are ±{_MAX_STEERING:g}")
         fastest = (abs(u[0]) + abs(rates[0]) * dt) / self.wheel_base
-        turn = max(fastest * tan(steepest) * dt, steepest - abs(q[3]), fastest * dt * 0.25)
+        turn = max(fastest * tan(steepest) * dt, (abs(u[1]) + 0.5 * abs(rates[1]) * dt) * dt, fastest * dt * 0.25)
         pieces = max(1, ceil(min(turn / _MAX_TURN, _MAX_PIECES)))
         x, y, theta = q[0], q[1], q[2]
         for piece in range(pieces):

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.hashing import canonical_json
-from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.robot import ROBOT_MODELS, FloatArray
 from pytest_lpb.problem.spatial.base import BASES
 from pytest_lpb.problem.spatial.generated import GENERATED, Sizes, base_body
-from pytest_lpb.problem.spatial.library import library_robot
+from pytest_lpb.problem.spatial.library import known_robots, library_robot
 from pytest_lpb.problem.spatial.rotations import matrix_of, normalised
 from pytest_lpb.problem.spatial.tree import KinematicTree
 from pytest_lpb.problem.spatial.urdf import Geometry, Joint, Link, UrdfModel, translation
@@ -58,6 +59,9 @@ def model_of(entry: Mapping[str, Any]) -> UrdfModel:
     if entry.get("urdf"):
         return load_urdf(Path(entry["urdf"]))
     name = entry["model"]
+    known = {*ROBOT_MODELS, *GENERATED, *known_robots()}
+    if name not in known:
+        raise ScenarioError(f"robot: model: unknown {name!r}{suggestion(name, known)}; allowed: {listed(known)}")
     if name in GENERATED:
         given = {"body_radius": entry.get("body_radius"), "wheel_base": entry.get("wheel_base")}
         sizes = {key: value for key, value in given.items() if value is not None}
@@ -122,11 +126,12 @@ def _add_moving_frame(links: list[Link], joints: list[Joint], size: list[float] 
 
 
 def pose_of(given: Mapping[str, Any] | None) -> FloatArray:
-    """A base pose (4, 4) from position [m] and orientation wxyz; None: the identity."""
-    if given is None:
-        return np.eye(4)
-    pose = translation(*given["position"])
-    pose[:3, :3] = matrix_of(normalised(given["orientation"]))
+    """A base pose (4, 4), read-only, from position [m] and orientation wxyz; None: the identity."""
+    pose = np.eye(4)
+    if given is not None:
+        pose[:3, 3] = given["position"]
+        pose[:3, :3] = matrix_of(normalised(given["orientation"]))
+    pose.flags.writeable = False  # robots of equal entries share it
     return pose
 
 

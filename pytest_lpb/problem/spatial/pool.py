@@ -39,5 +39,5 @@ def close_idle_worlds() -> None:
 
 
 def _key(robot: SpatialRobot) -> tuple[object, ...]:
-    # The model itself, compared by identity: equal entries share it.
-    return (robot.urdf, tuple(sorted(robot.locked.items())))
+    # The model itself, compared by identity: equal entries share it. A world's bounds of motion follow the limits.
+    return (robot.urdf, tuple(sorted(robot.locked.items())), robot.limits.position.tobytes())

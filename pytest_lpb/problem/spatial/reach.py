@@ -51,7 +51,7 @@ def _slide(joint: Joint, robot: SpatialRobot) -> float:
     """The most [m] that a sliding joint adds to the length of its chain."""
     if joint.kind != "prismatic":
         return 0.0
-    if joint.name in robot.locked:
+    if joint.mimic is None and joint.name in robot.locked:
         return abs(robot.locked[joint.name])
-    farthest = max(abs(joint.lower), abs(joint.upper))
+    farthest = robot.farthest(joint)
     return BEYOND * farthest if isfinite(farthest) else UNBOUNDED_M

@@ -18,6 +18,7 @@ from pytest_lpb.problem.spatial.base import BASES
 from pytest_lpb.problem.spatial.composition import composed
 from pytest_lpb.problem.spatial.groups import RigidGroups
 from pytest_lpb.problem.spatial.rotations import quaternions_of
+from pytest_lpb.problem.spatial.urdf import Joint
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.collision import CollisionSpace
@@ -79,12 +80,18 @@ class SpatialRobot(Robot):
         length = {self.urdf.root: 0.0}
         for joint in self.urdf.joints:
             fixed = joint.name == "lpb_mount"
-            slide = 0.0
-            if joint.kind == "prismatic":
-                slide = abs(self.locked.get(joint.name, max(abs(joint.lower), abs(joint.upper))))
+            slide = self.farthest(joint) if joint.kind == "prismatic" else 0.0
             step = 0.0 if fixed else float(np.linalg.norm(joint.origin[:3, 3]))
             length[joint.child] = length[joint.parent] + step + slide
         return max(length[name] for name in self.link_names)
+
+    def farthest(self, joint: Joint) -> float:
+        """Largest distance from zero [rad or m] of a joint of `urdf` within the limits of the planned joints."""
+        source, multiplier, offset = joint.mimic or (joint.name, 1.0, 0.0)
+        if multiplier == 0.0 or source not in self.joint_names:
+            return abs(multiplier * self.locked.get(source, 0.0) + offset)
+        ends = self.limits.position[self.joint_names.index(source)].tolist()
+        return max(abs(multiplier * end + offset) for end in ends)
 
     def forward_kinematics(self, q: ArrayLike, link: str) -> FloatArray:
         """Pose of a link's frame in the world at q (dof,): (4, 4). Raises ValueError: unknown link."""

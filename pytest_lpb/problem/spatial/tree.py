@@ -21,8 +21,8 @@ class _Moving:
         self.multiplier = multiplier
         self.offset = offset
         x, y, z = joint.axis
-        self._cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        self._square = self._cross @ self._cross
+        self.cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        self.square = self.cross @ self.cross
 
     def motions(self, q: FloatArray) -> FloatArray:
         """Poses (N, 4, 4) of the child in the joint's frame at q (N, dof)."""
@@ -35,13 +35,62 @@ class _Moving:
             poses[:, :3, 3] = values[:, None] * self.axis
         return poses
 
-    def apply(self, pose: FloatArray, value: float) -> None:
-        """Move a pose (4, 4) by the joint, in place."""
-        if self.revolute:
-            turn = np.sin(value) * self._cross + (1.0 - np.cos(value)) * self._square
-            pose[:3, :3] += pose[:3, :3] @ turn
+
+class _Stack:
+    """The joints above one link, stacked: few calls of NumPy whatever their number."""
+
+    def __init__(self, steps: list[tuple[FloatArray, _Moving]], last: FloatArray) -> None:
+        joints = [joint for _, joint in steps]
+        self._last = last
+        self._sources = np.array([joint.source for joint in joints], dtype=np.intp)
+        self._multipliers = np.array([joint.multiplier for joint in joints])
+        self._offsets = np.array([joint.offset for joint in joints])
+        self._revolute = np.array([joint.revolute for joint in joints], dtype=float)
+        self._mixed = not self._revolute.all()
+        self._repeated = len(set(self._sources.tolist())) < len(joints)
+        # A step is still + s first + c second: (s, c) = (sin, 1 - cos) of a turn, (value, 0) of a slide.
+        self._parts = np.zeros((3, len(joints), 4, 4))
+        for row, (before, joint) in enumerate(steps):
+            first, second = np.zeros((4, 4)), np.zeros((4, 4))
+            if joint.revolute:
+                first[:3, :3], second[:3, :3] = joint.cross, joint.square
+            else:
+                first[:3, 3] = joint.axis
+            self._parts[:, row] = before, before @ first, before @ second
+        self._axes = np.array([joint.axis for joint in joints]).reshape(-1, 3, 1)
+
+    def frames(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Frames (n, 4, 4) behind each joint, and that of the link (4, 4)."""
+        values = q[self._sources] * self._multipliers + self._offsets
+        first, second = np.sin(values), 1.0 - np.cos(values)
+        if self._mixed:
+            first = self._revolute * first + (1.0 - self._revolute) * values
+            second *= self._revolute
+        still, sines, cosines = self._parts
+        moves = still + first[:, None, None] * sines + second[:, None, None] * cosines
+        pose = np.eye(4)
+        for row, move in enumerate(moves):
+            pose = moves[row] = pose @ move
+        return moves, pose @ self._last
+
+    def frame_and_jacobian(self, q: FloatArray, dof: int) -> tuple[FloatArray, FloatArray]:
+        """Frame (4, 4) of the link, and its Jacobian (6, dof)."""
+        moves, pose = self.frames(q)
+        axes = (moves[:, :3, :3] @ self._axes)[:, :, 0]
+        columns = np.empty((6, len(axes)))
+        columns[:3] = _cross(axes, pose[:3, 3] - moves[:, :3, 3]).T
+        columns[3:] = axes.T
+        if self._mixed:
+            columns *= self._revolute
+            columns[:3] += (1.0 - self._revolute) * axes.T
+        columns *= self._multipliers
+        jacobian = np.zeros((6, dof))
+        if self._repeated:
+            for column, source in enumerate(self._sources):
+                jacobian[:, source] += columns[:, column]
         else:
-            pose[:3, 3] += pose[:3, :3] @ (value * self.axis)
+            jacobian[:, self._sources] = columns
+        return pose, jacobian
 
 
 class KinematicTree:
@@ -74,9 +123,9 @@ class KinematicTree:
                 origin = origin @ _Moving(joint, 0, 1.0, 0.0).motions(np.array([[value]]))[0]
             self._origins.append(origin)
             self._moving.append(moving)
-        self._collect(model)
+        self._collect()
 
-    def _collect(self, model: UrdfModel) -> None:
+    def _collect(self) -> None:
         """What Jacobians need of all moving joints at once, and the shortened chain of each link."""
         moved = [link for link, moving in enumerate(self._moving) if moving is not None]
         joints = [self._moving[link] for link in moved]
@@ -94,6 +143,7 @@ class KinematicTree:
                 above[link, place[link]] = True
         self._above = above
         self._chains = [self._chain(link) for link in range(len(self.names))]
+        self._stacks: dict[int, _Stack] = {}
 
     def _chain(self, link: int) -> tuple[list[tuple[FloatArray, _Moving]], FloatArray]:
         """From the root to a link: (pose before a joint, joint) with fixed joints multiplied in, and what follows."""
@@ -123,34 +173,17 @@ class KinematicTree:
 
     def frame(self, q: FloatArray, link: int) -> FloatArray:
         """Frame of one link in the world at q (dof,): (4, 4)."""
-        steps, last = self._chains[link]
-        pose = np.eye(4)
-        for before, joint in steps:
-            pose = pose @ before
-            joint.apply(pose, joint.multiplier * q[joint.source] + joint.offset)
-        result: FloatArray = pose @ last
-        return result
+        return self._stack(link).frames(q)[1]
 
     def frame_and_jacobian(self, q: FloatArray, link: int) -> tuple[FloatArray, FloatArray]:
         """Frame (4, 4) of a link and the velocity of its origin and its angular velocity per qd, (6, dof)."""
-        steps, last = self._chains[link]
-        pose = np.eye(4)
-        axes, places = np.empty((len(steps), 3)), np.empty((len(steps), 3))
-        for row, (before, joint) in enumerate(steps):
-            pose = pose @ before
-            joint.apply(pose, joint.multiplier * q[joint.source] + joint.offset)
-            axes[row] = pose[:3, :3] @ joint.axis
-            places[row] = pose[:3, 3]
-        pose = pose @ last
-        revolute = np.array([joint.revolute for _, joint in steps], dtype=bool)[:, None]
-        arms = pose[:3, 3] - places
-        columns = np.empty((len(steps), 6))
-        columns[:, :3] = np.where(revolute, _cross(axes, arms), axes)
-        columns[:, 3:] = np.where(revolute, axes, 0.0)
-        jacobian = np.zeros((6, self.dof))
-        for row, (_, joint) in enumerate(steps):
-            jacobian[:, joint.source] += joint.multiplier * columns[row]
-        return pose, jacobian
+        return self._stack(link).frame_and_jacobian(q, self.dof)
+
+    def _stack(self, link: int) -> _Stack:
+        """The chain of a link, stacked the first time it is asked for."""
+        if link not in self._stacks:
+            self._stacks[link] = _Stack(*self._chains[link])
+        return self._stacks[link]
 
     def jacobians(self, frames: FloatArray) -> FloatArray:
         """Jacobians (links, 6, dof) of all links, of their frames (links, 4, 4) as `frames_along` has them."""

@@ -16,6 +16,7 @@ from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.spatial.client import Client, pybullet
 from pytest_lpb.problem.spatial.reach import reach_of_joints
 from pytest_lpb.problem.spatial.robot import Frame, SpatialRobot
+from pytest_lpb.problem.spatial.rotations import multiply, rotate
 from pytest_lpb.problem.spatial.shapes import (
     EXACT_GEOMETRIES,
     HULL_MARGIN_M,
@@ -120,9 +121,12 @@ class World:
 
     def frame(self, link: int) -> Frame:
         """Frame of a link, by its index in the robot's `link_names`, in the world."""
+        # PyBullet rounds the frame it gives to single precision, but not the pose of the centre of mass.
         state = pybullet.getLinkState(self.robot, self.links[link], physicsClientId=self.client.id)
-        x, y, z, w = state[5]
-        return (*state[4], w, x, y, z)
+        position, (x, y, z, w), offset, (ix, iy, iz, iw) = state[:4]
+        turn = multiply((w, x, y, z), (iw, -ix, -iy, -iz))
+        dx, dy, dz = rotate(turn, offset)
+        return (position[0] - dx, position[1] - dy, position[2] - dz, *turn)
 
     def joint_efforts(self) -> list[float]:
         """Largest forces or torques of the planned joints, as the URDF has them [N or N m]; inf or 0: none given."""

@@ -149,6 +149,9 @@ def test_steering_to_the_left_turns_to_the_left() -> None:
     [
         ([0.0, 0.0, 0.0, 1.4], [2.0, 0.2], [1.0, 0.5], 0.1),  # close to where the tangent diverges
         ([0.0, 0.0, 1.0, 0.2], [20.0, 0.5], [5.0, 1.0], 0.5),  # tens of radians in one step
+        ([0.0, 0.0, 1.0, -0.6], [20.0, 1.0], [5.0, 2.0], 0.5),  # tens of radians in one step
+        ([0.0, 0.0, 1.0, 0.0], [0.0, -2.0], [0.0, 4.0], 1.0),  # steering there and back, at rest
+        ([0.0, 0.0, 1.0, 0.2], [1.0, -4.0], [-2.0, 16.0], 0.25),
     ],
 )
 def test_sharp_turns_against_a_general_solver(q: list[float], u: list[float], action: list[float], dt: float) -> None:

@@ -115,7 +115,7 @@ def test_both_quaternions_of_a_turn_are_one_target() -> None:
     for sign in (1.0, -1.0):
         goal = orientation([sign * x for x in target])
         assert error(goal, Q) == pytest.approx(error(orientation(target), Q))
-        assert goal.distance(target, [sign * x for x in target]) == 0.0
+        assert goal.distance(target, [sign * x for x in target]) == pytest.approx(0.0, abs=1e-15)
 
 
 def test_targets_need_not_be_of_length_one() -> None:

@@ -220,6 +220,13 @@ def test_reach_counts_sliding_joints(tmp_path: Path) -> None:
     assert np.linalg.norm(ends, axis=2).max() <= robot.reach < 3.0
 
 
+def test_reach_follows_the_limits_of_the_entry(tmp_path: Path) -> None:
+    """They may be wider than those of the file."""
+    robot = mimic_robot(tmp_path, limits={"position": [[0.0, 4.0], [0.0, 0.1]]})
+    assert robot.reach >= np.linalg.norm(robot.forward_kinematics([4.0, 0.1], "left")[:3, 3])
+    assert mimic_robot(tmp_path, limits={"position": [None, [0.0, 0.1]]}).reach == inf
+
+
 def test_spheres_at_link_frames() -> None:
     robot = spatial_robot(PANDA, collision={"link_spheres": 0.15})
     assert robot.body_names == robot.link_names
@@ -286,6 +293,14 @@ def test_robots_of_one_file_differ_in_what_is_planned() -> None:
     wide, narrow = (spatial_robot(PANDA, locked_joints={"panda_finger_joint1": width}) for width in (0.04, 0.0))
     gap = [robot.forward_kinematics(np.zeros(7), "panda_leftfinger")[:3, 3] for robot in (wide, narrow)]
     assert np.linalg.norm(gap[0] - gap[1]) == pytest.approx(0.04)
+
+
+def test_what_robots_share_cannot_be_changed() -> None:
+    """Robots of equal entries have their model, and with it their poses, in common."""
+    first, second = (spatial_robot(PANDA, base_pose=TILTED) for _ in range(2))
+    assert first.urdf is second.urdf
+    assert not first.base_pose.flags.writeable
+    assert not any(joint.origin.flags.writeable for joint in first.urdf.joints)
 
 
 def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
