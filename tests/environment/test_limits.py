@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.limits import ActionLimits
+from pytest_lpb.environment.spaces import action_space
 from tests.problem.entries import ARM, CART, POINT, Entry, make_problem, make_robot
+from tests.problem.spatial import robots
+from tests.problem.spatial.problems import spatial_problem
 
 DT = 0.05
 
@@ -53,6 +56,33 @@ def test_velocities_change_within_acceleration_limits() -> None:
     rule = limits("velocity", velocity=[[-1.0, 1.0]] * 2, acceleration=[[-2.0, 4.0]] * 2)
     assert rule.apply([9.0, -9.0], [0.0, 0.0]) == [pytest.approx(4.0 * DT), pytest.approx(-2.0 * DT)]
     assert rule.apply([9.0, 0.9], [0.9, 0.9]) == [1.0, 0.9]
+
+
+def test_torques_are_clipped_to_the_efforts_alone() -> None:
+    given = {"velocity": [[-0.1, 0.1]] * 3, "acceleration": [[-0.1, 0.1]] * 3, "effort": [[-5.0, 5.0], [-1.0, 2.0], None]}
+    robot = robots.spatial_robot(robots.ARM, control="torque", limits=given)
+    rule = ActionLimits(robot, DT)
+    assert rule.apply([9.0, -9.0, -99.0], [0.0, 0.0, 0.0]) == [5.0, -1.0, -99.0]
+    assert rule.apply([4.0, 1.0, 99.0], [3.0, -3.0, 3.0]) == [4.0, 1.0, 99.0]  # however fast it is
+    unlimited = robots.spatial_robot(robots.ARM, control="torque", limits={**given, "effort": None})
+    action = [1e9, -1e9, 0.0]
+    assert ActionLimits(unlimited, DT).apply(action, [0.0, 0.0, 0.0]) is action
+
+
+def test_torques_beyond_the_efforts_are_counted() -> None:
+    limits = {"effort": [[-5.0, 5.0], [-1.0, 2.0], [-1.0, 1.0]], "velocity": [[-9.0, 9.0]] * 3}
+    problem = spatial_problem({**robots.ARM, "control": "torque", "limits": limits}, dynamics=True, dt=0.01)
+    space = action_space(problem)
+    assert (space.low.tolist(), space.high.tolist()) == ([-5.0, -1.0, -1.0], [5.0, 2.0, 1.0])
+    world = ScenarioEnvironment(problem=problem)
+    for action, applied, count in (
+        ([5.0, 2.0, 1.0], [5.0, 2.0, 1.0], 0),
+        ([5.1, -3.0, 0.0], [5.0, -1.0, 0.0], 1),
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 1),
+    ):
+        world.step(action)
+        assert (world.applied, world.saturated_steps) == (applied, count)
+    world.close()
 
 
 bounds = st.floats(0.01, 10.0)

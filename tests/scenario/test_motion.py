@@ -1,6 +1,7 @@
 """Motions: shapes, splines, and what is refused."""
 
 import pickle
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,16 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.motion import ExpressionMotion, FixedMotion, Motion, SplineMotion, angle_motion, motion_from
+from pytest_lpb.motion import (
+    ExpressionMotion,
+    FixedMotion,
+    Motion,
+    NormalisedMotion,
+    SplineMotion,
+    angle_motion,
+    motion_from,
+    turning_motion,
+)
 from pytest_lpb.motion.motion import MAX_CHECKED_TIMES, sampled_times
 
 ROWS = [[1.0, 0.0, 5.0], [2.0, 1.0, 4.0], [4.0, -1.0, 6.0]]
@@ -18,6 +28,10 @@ MOTIONS = {
     "expressions": ExpressionMotion(["cos(t)", "2"]),
     "spline": SplineMotion(ROWS),
     "loop": SplineMotion(LOOP, periodic=True),
+    "normalised": NormalisedMotion(ExpressionMotion(["1 + t", "2 - t**2", "sin(t)", "-3"])),
+    "normalised spline": NormalisedMotion(SplineMotion(ROWS)),
+    "turn": turning_motion({"axis": [1.0, -2.0, 2.0], "angle": "t**2"}),
+    "quaternion": turning_motion([1.0, -1.0, 1.0, 1.0]),
 }
 
 
@@ -33,7 +47,7 @@ def test_shapes_and_pickling(motion: Motion) -> None:
     assert_array_equal(motion.evaluate(t)[0], pickle.loads(pickle.dumps(motion)).evaluate(t)[0])
 
 
-@pytest.mark.parametrize("motion", [MOTIONS["expressions"], MOTIONS["spline"], MOTIONS["loop"]])
+@pytest.mark.parametrize("motion", [motion for motion in MOTIONS.values() if motion.moving])
 def test_velocity_and_acceleration_are_derivatives(motion: Motion) -> None:
     t = np.linspace(1.05, 3.95, 30)
     step = 1e-5  # [s]
@@ -45,7 +59,7 @@ def test_velocity_and_acceleration_are_derivatives(motion: Motion) -> None:
 
 
 def test_whether_it_moves() -> None:
-    assert [motion.moving for motion in MOTIONS.values()] == [False, True, True, True]
+    assert [name for name, motion in MOTIONS.items() if not motion.moving] == ["fixed", "quaternion"]
     assert not ExpressionMotion(["1", "2*pi"]).moving
     assert not SplineMotion([[0.0, 1.0], [1.0, 1.0]]).moving
 
@@ -148,3 +162,42 @@ def test_angles() -> None:
     assert not angle_motion(0.3).moving
     position, velocity, _ = angle_motion("2*t").evaluate(np.array([1.0]))
     assert (position[0, 0], velocity[0, 0]) == (2.0, 2.0)
+
+
+def test_a_normalised_motion_has_length_one_and_moves_across_itself() -> None:
+    t = np.linspace(0.0, 4.0, 40)
+    for name in ("normalised", "normalised spline", "turn", "quaternion"):
+        value, velocity, acceleration = MOTIONS[name].evaluate(t)
+        assert_allclose(np.linalg.norm(value, axis=1), 1.0, rtol=1e-15)
+        assert_allclose((value * velocity).sum(axis=1), 0.0, atol=1e-12)
+        # The second derivative of |n|^2 = 1.
+        assert_allclose((value * acceleration + velocity * velocity).sum(axis=1), 0.0, atol=1e-12)
+
+
+def test_normalising_keeps_the_direction() -> None:
+    value, velocity, _ = NormalisedMotion(FixedMotion([3.0, 0.0, -4.0])).evaluate(np.zeros(2))
+    assert_allclose(value, [[0.6, 0.0, -0.8]] * 2, rtol=1e-15)
+    assert_array_equal(velocity, np.zeros((2, 3)))
+
+
+def test_what_passes_through_zero_has_no_direction_there() -> None:
+    through = NormalisedMotion(ExpressionMotion(["1 - t", "0"]))
+    assert_allclose(through.evaluate(np.array([0.5, 1.5]))[0], [[1.0, 0.0], [-1.0, 0.0]])
+    with pytest.raises(ScenarioError, match=r"^'1 - t' has the value nan at t = 1 s"):
+        through.check_finite(sampled_times(0.5, 10))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, pi, -2.0, 5.0 * pi])
+def test_a_turn_about_an_axis(angle: float) -> None:
+    turn = turning_motion({"axis": [0.0, 3.0, -4.0], "angle": angle})
+    assert not turn.moving
+    value, velocity, acceleration = turn.evaluate(np.array([0.0, 2.0]))
+    half = 0.5 * angle
+    assert_allclose(value, [[np.cos(half), 0.0, 0.6 * np.sin(half), -0.8 * np.sin(half)]] * 2, atol=1e-15)
+    assert not velocity.any()
+    assert not acceleration.any()
+
+
+def test_an_axis_has_a_direction() -> None:
+    with pytest.raises(ScenarioError, match="zeros"):
+        turning_motion({"axis": [0.0, 0.0, 0.0], "angle": "t"})

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from math import isfinite
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
+
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.rotations import rpy_of_matrix
 from pytest_lpb.problem.spatial.urdf import Geometry, Inertial, Joint, Link, UrdfModel
@@ -49,11 +51,19 @@ def _inertial(inertial: Inertial | None) -> str:
     )
     if inertial is not None and inertial.mass > 0.0:
         mass, origin = inertial.mass, _origin(inertial.origin)
-        (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertial.inertia.tolist()
+        (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = possible(inertial.inertia).tolist()
     return (
         f'<inertial>{origin}<mass value="{mass!r}"/><inertia ixx="{ixx!r}" ixy="{ixy!r}" ixz="{ixz!r}" '
         f'iyy="{iyy!r}" iyz="{iyz!r}" izz="{izz!r}"/></inertial>'
     )
+
+
+def possible(inertia: FloatArray) -> FloatArray:
+    """An inertia that a body can have: where files have others, which PyBullet refuses, a ball's of the same size."""
+    smallest, middle, largest = np.linalg.eigvalsh(inertia).tolist()
+    if smallest > 0.0 and largest <= smallest + middle:
+        return inertia
+    return max((smallest + middle + largest) / 3.0, LEAST_INERTIA) * np.eye(3)
 
 
 def _box(shape: Geometry, margin: float) -> str:
