@@ -29,7 +29,12 @@ GOAL_SAMPLES = 24  # points on a goal's ball, of which some may be hidden
 
 
 def camera_for(
-    problem: Problem, client: Client, bodies: VisibleBodies, size: tuple[int, int], around: FloatArray
+    problem: Problem,
+    client: Client,
+    bodies: VisibleBodies,
+    size: tuple[int, int],
+    around: FloatArray | None = None,
+    angle: float = VIEW_ANGLE,
 ) -> Camera:
     """The camera for a problem whose bodies are in a client, placed as at the start.
 

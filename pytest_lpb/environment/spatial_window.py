@@ -21,6 +21,7 @@ from pytest_lpb.problem.problem import Problem
 PROGRAM = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {module} import main; main()"
 MODULE = "pytest_lpb.environment.window_process"
 READY = "ready"
+FAULT = "Traceback (most recent call last)"
 CLOSE_S = 10.0  # [s] that the process has to end
 
 
@@ -41,8 +42,8 @@ class SpatialWindow:
         )
         self.open = True
         if self._answer() != READY:
-            self._complaints.seek(0)
-            said = " ".join(self._complaints.read().decode(errors="replace").split()[-40:])
+            self._process.wait()
+            said = " ".join(self._complaints_so_far().split()[-40:])
             self.close()
             raise LpbError(
                 f"--lpb-render (render_mode 'human') cannot open PyBullet's window: {said or 'it says nothing'}; it "
@@ -58,6 +59,7 @@ class SpatialWindow:
         self._tell({"t": t, "q": q})
 
     def _tell(self, message: dict[str, Any]) -> None:
+        """Have the window do something, unless it was closed. Raises LpbError when it fails."""
         if not self.open:
             return
         assert self._process.stdin is not None
@@ -66,11 +68,21 @@ class SpatialWindow:
             self._process.stdin.flush()
             self.open = self._answer() == READY
         except OSError:
-            self.open = False  # closed by the user
+            self.open = False
+        if not self.open:
+            # Whoever closes the window only ends its process; what raised there is told.
+            self._process.wait()
+            said = self._complaints_so_far()
+            if FAULT in said:
+                raise LpbError(f"PyBullet's window failed: {said.strip().splitlines()[-1]}")
 
     def _answer(self) -> str:
         assert self._process.stdout is not None
         return self._process.stdout.readline().strip()
+
+    def _complaints_so_far(self) -> str:
+        self._complaints.seek(0)
+        return self._complaints.read().decode(errors="replace")
 
     def close(self) -> None:
         """Close the window; again is no harm."""

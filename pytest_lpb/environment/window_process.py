@@ -116,7 +116,12 @@ def main() -> None:
     # PyBullet's window prints a lot; nobody reads it.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     client = WindowClient()
-    serve(client, sys.stdin, answers)
+    try:
+        serve(client, sys.stdin, answers)
+    except pybullet.error:
+        if client.call("isConnected"):
+            raise
+        # The window was closed in the middle of a command.
     client.close()
 
 
