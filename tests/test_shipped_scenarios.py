@@ -1,6 +1,7 @@
 """The scenarios that ship with the package: right, feasible, described, and drawn alike whatever else they say."""
 
 import re
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ import yaml
 
 from pytest_lpb.plugin.collection import STANDARD_TAGS
 from pytest_lpb.scenario.draw import check_feasible, draw_problem
-from pytest_lpb.scenario.feasibility import FreeSpace
+from pytest_lpb.scenario.feasibility import is_free
 from pytest_lpb.scenario.load import Scenario, load_scenario
 from pytest_lpb.shipped import shipped_folder
 
@@ -54,7 +55,8 @@ def test_it_is_feasible_also_when_all_its_ranges_are_drawn_from(path: Path) -> N
     for seed in range(3):
         for flags in ((), ("start", "goal", "obstacles")):
             problem = draw_problem(scenario, seed, flags)
-            assert FreeSpace(problem.robot, problem.obstacles).free(problem.start_q.tolist(), 0.0)
+            with closing(problem.robot.collision_space(problem.obstacles)) as space:
+                assert is_free(space, problem.start_q.tolist(), 0.0)
 
 
 def hashes(scenario: Scenario) -> list[str]:

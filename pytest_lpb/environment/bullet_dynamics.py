@@ -19,8 +19,8 @@ class DynamicMotion:
     """Steps PyBullet's physics in `substeps` per step of the problem.
 
     Velocity and acceleration control set the targets of velocity motors, as strong as the robot's effort limits allow;
-    under acceleration control the target is the velocity that all accelerations so far lead to. Under torque control the
-    motors are off. A non-holonomic base is driven along the directions it can move in. Entries of q that move no joint,
+    under acceleration control the target is the velocity that all accelerations so far lead to. Under torque control
+    the motors are off. A non-holonomic base is driven along the directions it can move in. Entries of q that move no joint,
     such as the steering angle of a car without steering joints, follow their commands exactly.
     """
 

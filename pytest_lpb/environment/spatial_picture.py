@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import ImageDraw, ImageFont
 
-from pytest_lpb.environment.camera import Camera, Image
+from pytest_lpb.environment.camera import Image
 from pytest_lpb.environment.goal_marks import GoalMark, goal_marks, traced_pose
 from pytest_lpb.environment.paint import Rgb, add_ball, add_samples, backdrop, sampled
 from pytest_lpb.environment.picture import RealTime

@@ -105,9 +105,7 @@ def look_from(client: Client, camera: Camera) -> None:
     """Have the window look as a camera does."""
     ahead = camera.axes[2]
     yaw, pitch = atan2(-ahead[0], ahead[1]), asin(ahead[2])
-    client.call(
-        "resetDebugVisualizerCamera", camera.distance, degrees(yaw), degrees(pitch), camera.target.tolist()
-    )
+    client.call("resetDebugVisualizerCamera", camera.distance, degrees(yaw), degrees(pitch), camera.target.tolist())
 
 
 def main() -> None:

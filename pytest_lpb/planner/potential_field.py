@@ -141,7 +141,7 @@ class PotentialField(Planner):
     def _from_obstacles(
         self, positions: FloatArray, jacobians: FloatArray, observation: Observation
     ) -> tuple[FloatArray, FloatArray]:
-        """Jacobians (k, dimension, dof) and forces (k, dimension) of the control points nearest of their bodies to an obstacle."""
+        """Jacobians (k, d, dof) and forces (k, d) of the control points nearest of their bodies to an obstacle."""
         parameters, points = self.parameters, self._points
         if self._obstacles is None:
             return NOTHING
@@ -155,7 +155,7 @@ class PotentialField(Planner):
         return jacobians[active], (pushes[active, :, None] * away[active]).sum(axis=1)
 
     def _from_own_bodies(self, positions: FloatArray, jacobians: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Jacobians (k, dimension, dof) and forces (k, dimension) of points relative to the nearest ones of other bodies."""
+        """Jacobians (k, d, dof) and forces (k, d) of points relative to the nearest ones of other bodies."""
         parameters = self.parameters
         if self._own is None:
             return NOTHING

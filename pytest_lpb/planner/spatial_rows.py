@@ -1,4 +1,4 @@
-"""Errors and Jacobians of spatial sub-goals, per qd. Errors of orientations are rotation vectors in world axes [rad]."""
+"""Errors and Jacobians of spatial sub-goals, per qd; those of turns are rotation vectors in world axes [rad]."""
 
 from __future__ import annotations
 

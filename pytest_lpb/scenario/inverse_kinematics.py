@@ -82,7 +82,7 @@ def _solve(robot: Robot, goal: Sequence[SubGoal], targets: Sequence[FloatArray],
 def _residual(goal: Sequence[SubGoal], targets: Sequence[FloatArray], q: FloatArray, frames: Frames) -> FloatArray:
     values = q.tolist()
     parts = [
-        sub_goal.residual(sub_goal.value(values, frames), target)
+        sub_goal.residual(sub_goal.value(values, frames), target.tolist())
         for sub_goal, target in zip(goal, targets, strict=True)
     ]
     return np.array([float(number) for part in parts for number in part])

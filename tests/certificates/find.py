@@ -50,7 +50,7 @@ def from_trials(problem: Problem) -> Iterator[tuple[str, Array, Array]]:
         configuration = find_planners([name], [Path("planners")])[0]
         configuration = replace(
             configuration,
-            parameters=configuration.parameters | parameters,
+            parameters={**configuration.parameters, **parameters},
             per_robot=_with(configuration.per_robot, parameters),
         )
         trajectory = run_trial(TrialSpecification(problem.to_dict(), configuration))

@@ -1,5 +1,8 @@
 """How deep is a collision: touching within the accuracy of the distances is none."""
 
+from collections.abc import Callable
+from math import pi
+
 import pytest
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
@@ -21,15 +24,14 @@ def in_space(depth: float) -> Problem:
 
 
 def arm_on_itself(depth: float) -> Problem:
-    """An arm whose last link comes back along the first: capsules of 0.05 m, side by side."""
-    # The joints are where the links' axes are 0.1 m - depth apart: the middle link, turned by 90°, is as long.
+    """An arm of capsules of 0.05 m, bent twice by 90°: its last link is back beside the first, 0.1 m - depth away."""
     arm = {
         **robots.ARM,
         "links": [0.5, 0.1 - depth, 0.4],
         "control": "velocity",
         "self_collision_pairs": [["link1", "link3"]],
     }
-    return spatial_problem(arm, q=[0.0, -1.5707963267948966, -1.5707963267948966])
+    return spatial_problem(arm, q=[0.0, -0.5 * pi, -0.5 * pi])
 
 
 CASES = [
@@ -40,8 +42,9 @@ CASES = [
 
 
 @pytest.mark.parametrize(("problem", "slack", "outcome"), CASES)
-def test_contact_within_the_slack_is_no_collision(problem: object, slack: float, outcome: str) -> None:
-    assert callable(problem)
+def test_contact_within_the_slack_is_no_collision(
+    problem: Callable[[float], Problem], slack: float, outcome: str
+) -> None:
     for share in (-1.0, 0.5):
         world = ScenarioEnvironment(problem=problem(share * slack))
         assert world.monitor.violation is None

@@ -59,7 +59,11 @@ def test_velocities_change_within_acceleration_limits() -> None:
 
 
 def test_torques_are_clipped_to_the_efforts_alone() -> None:
-    given = {"velocity": [[-0.1, 0.1]] * 3, "acceleration": [[-0.1, 0.1]] * 3, "effort": [[-5.0, 5.0], [-1.0, 2.0], None]}
+    given = {
+        "velocity": [[-0.1, 0.1]] * 3,
+        "acceleration": [[-0.1, 0.1]] * 3,
+        "effort": [[-5.0, 5.0], [-1.0, 2.0], None],
+    }
     robot = robots.spatial_robot(robots.ARM, control="torque", limits=given)
     rule = ActionLimits(robot, DT)
     assert rule.apply([9.0, -9.0, -99.0], [0.0, 0.0, 0.0]) == [5.0, -1.0, -99.0]

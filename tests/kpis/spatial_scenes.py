@@ -134,9 +134,7 @@ def bending(dt: float, place: SpatialPlacement = HERE) -> Trajectory:
 def pointing(dt: float, place: SpatialPlacement = HERE) -> Trajectory:
     """An arm that turns its end towards an orientation."""
     target = list(multiply(place.turn, from_axis_angle((0.1, 1.0, 0.2), 1.5)))
-    return _arm(
-        dt, place, {"name": "turn", "type": "orientation", "link": "end", "target": target, "tolerance": 0.307}
-    )
+    return _arm(dt, place, {"name": "turn", "type": "orientation", "link": "end", "target": target, "tolerance": 0.307})
 
 
 def rolling(dt: float, place: SpatialPlacement = HERE) -> Trajectory:

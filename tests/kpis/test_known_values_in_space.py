@@ -13,7 +13,7 @@ from pytest_lpb.kpis.safety import time_to_collision_min
 from pytest_lpb.trajectory import Trajectory
 
 from .test_known_values import BELL_JERK
-from .trials import ARM_3D, CART_3D, POINT_3D, REACH, Array, make_problem, make_trial
+from .trials import ARM_3D, CART_3D, POINT_3D, REACH, make_problem, make_trial
 
 AHEAD = np.array([2.0, 1.0, 2.0]) / 3.0  # of length one
 
@@ -178,12 +178,13 @@ def test_time_to_collision_of_a_base_meets_the_section_at_its_height() -> None:
     assert time_to_collision(CART_3D, ahead, speed, ball([0.0, 0.0, 0.7])) == 0.0
 
 
-def test_time_to_collision_of_a_ball_beside_the_middle_of_a_turning_base() -> None:
-    sphere = {"spheres": {"base": [[0.5, 0.0, 0.1, 0.2]]}}
-    robot = {**CART_3D, "collision": sphere}
-    target = ball([0.5, 4.0, 0.1], 0.3)
+@pytest.mark.parametrize("heading", [0.0, math.pi / 2.0, -0.6])
+def test_time_to_collision_of_a_ball_beside_the_middle_of_a_turning_base(heading: float) -> None:
+    robot = {**CART_3D, "collision": {"spheres": {"base": [[0.5, 0.0, 0.1, 0.2]]}}}
+    c, s = math.cos(heading), math.sin(heading)
+    target = ball([1.0 + 0.5 * c - 4.0 * s, 2.0 + 0.5 * s + 4.0 * c, 0.1], 0.3)
     # Turning on the spot at 2 rad/s takes the ball, half a metre ahead, to the left at 1 m/s.
-    found = time_to_collision(robot, [0.0, 0.0, 0.0], [0.0, 0.0, 2.0], target)
+    found = time_to_collision(robot, [1.0, 2.0, heading], [0.0, 0.0, 2.0], target)
     assert found == pytest.approx(4.0 - 0.5)
 
 

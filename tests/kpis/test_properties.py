@@ -13,7 +13,7 @@ from pytest_lpb.kpis.registry import Kpi, Registry, evaluate_kpis, load_builtin
 from pytest_lpb.trajectory import Trajectory
 
 from .scenes import ORIGIN, PLACEABLE, SCENES, Placement, Scene
-from .spatial_scenes import ANYWHERE, HERE, SPATIAL, SpatialPlacement, flight, flying, rolling
+from .spatial_scenes import ANYWHERE, SPATIAL, SpatialPlacement, flight, flying, rolling
 from .trials import ARM, POINT_3D, REACH, make_problem, make_trial
 
 STEP = 0.02  # [s]

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.obstacle import Obstacle
-from pytest_lpb.problem.planar.collision import Clearance, PlanarCollision
+from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
 
 from .entries import ARM, CART, POINT, Entry, circle, make_robot

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.angles import angle_error
+from pytest_lpb.problem.goal import SubGoal, goal_from
 
 from .entries import ARM, CART, POINT, Entry, make_problem, make_robot, position_goal
 

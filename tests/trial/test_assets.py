@@ -123,7 +123,7 @@ def test_meshes_named_by_absolute_paths_stay_where_they_are(tmp_path: Path, run:
 def test_meshes_of_obstacles(tmp_path: Path, run: Path) -> None:
     files = [write_mesh(tmp_path / folder / "rock.obj", f"# {folder}\n{TETRAHEDRON}") for folder in "ab"]
     obstacles = [{"name": str(i), "file": str(file)} for i, file in enumerate([*files, files[0]])]
-    problem = {"robot": {"model": "panda"}, "obstacles": [*obstacles, {"name": "ball", "radius": 1.0}]}
+    problem: dict[str, Any] = {"robot": {"model": "panda"}, "obstacles": [*obstacles, {"name": "ball", "radius": 1.0}]}
     content = recorded(problem, run)
     names = [entry.get("file") for entry in content["obstacles"]]
     assert names == [f"assets/{assets_digest(files[i])}/rock.obj" for i in (0, 1, 0)] + [None]
@@ -137,7 +137,8 @@ def test_a_scenario_file_in_the_run_names_files_relative_to_itself(tmp_path: Pat
     folder = run / "trials" / "group" / "x" / "pd"
     name = recorded_beside(problem_with(urdf), run, folder)["robot"]["urdf"]
     assert name == f"../../../../assets/{assets_digest(urdf)}/arm.urdf"
-    assert (folder / name).resolve().parent.parent == (run / "assets").resolve() or not folder.exists()
+    folder.mkdir(parents=True)
+    assert (folder / name).read_bytes() == urdf.read_bytes()
 
 
 def test_of_a_certified_path_the_length_is_kept(run: Path) -> None:

@@ -93,7 +93,7 @@ def _composed(key: str, model: UrdfModel | None) -> Composition:
     taken = set(base.joints) & {joint.name for joint in model.joints}
     if taken and base.joints:
         raise ScenarioError(
-            f"robot: {model.name} has joints called {', '.join(sorted(taken))}, as its base has; rename them in the URDF"
+            f"{model.name} has joints called {', '.join(sorted(taken))}, as its base has; rename them in the URDF"
         )
     pose = pose_of(entry.get("base_pose"))
     robot = _steered(model, steering_of(entry)) if entry["base"] == "bicycle" else model

@@ -83,18 +83,16 @@ def library_robot(name: str) -> LibraryRobot:
         ScenarioError: unknown name.
         MissingRobotsError: the package that has it is not installed.
     """
-    if name in _PYBULLET:
-        entry, folder = _PYBULLET[name], _pybullet_folder()
-    elif name in _EXAMPLE_ROBOT_DATA:
-        entry, folder = _EXAMPLE_ROBOT_DATA[name], _example_robot_data_folder()
-        if folder is None:
-            raise MissingRobotsError(
-                f"the robot {name} comes with the package example-robot-data, which is not installed: "
-                "pip install 'pytest-lpb[robots]'"
-            )
-    else:
+    entry = _PYBULLET.get(name) or _EXAMPLE_ROBOT_DATA.get(name)
+    if entry is None:
         raise ScenarioError(
             f"unknown robot {name!r}{suggestion(name, known_robots())}; known: {listed(known_robots())}"
+        )
+    folder = _pybullet_folder() if name in _PYBULLET else _example_robot_data_folder()
+    if folder is None:
+        raise MissingRobotsError(
+            f"the robot {name} comes with the package example-robot-data, which is not installed: "
+            "pip install 'pytest-lpb[robots]'"
         )
     return LibraryRobot(**{**entry, "path": folder / str(entry["path"])})  # type: ignore[arg-type] # fields by name
 
@@ -103,7 +101,8 @@ def library_robot(name: str) -> LibraryRobot:
 def _pybullet_folder() -> Path:
     """Where PyBullet's data lie; found without importing it."""
     spec = find_spec("pybullet_data")
-    assert spec is not None and spec.origin is not None, "pybullet_data comes with pybullet"
+    assert spec is not None
+    assert spec.origin is not None, "pybullet_data comes with pybullet"
     return Path(spec.origin).parent
 
 

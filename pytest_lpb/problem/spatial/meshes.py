@@ -38,9 +38,7 @@ def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _siz
     finally:
         client.close()
     if not len(vertices):
-        raise ScenarioError(
-            f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files of triangles"
-        )
+        raise ScenarioError(f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files")
     vertices.flags.writeable = False
     return vertices
 

@@ -20,8 +20,13 @@ BEYOND = 2.0  # share of its range that a sliding joint is trusted to stay withi
 class Carried(Protocol):
     """A body on a link: a ball of `radius` [m] around the frame of `name` holds it."""
 
-    name: str
-    radius: float
+    @property
+    def name(self) -> str:
+        """Of the link."""
+
+    @property
+    def radius(self) -> float:
+        """Of the ball [m]."""
 
 
 def reach_of_joints(robot: SpatialRobot, bodies: Sequence[Carried]) -> FloatArray:

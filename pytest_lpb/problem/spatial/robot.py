@@ -90,8 +90,8 @@ class SpatialRobot(Robot):
         source, multiplier, offset = joint.mimic or (joint.name, 1.0, 0.0)
         if multiplier == 0.0 or source not in self.joint_names:
             return abs(multiplier * self.locked.get(source, 0.0) + offset)
-        ends = self.limits.position[self.joint_names.index(source)].tolist()
-        return max(abs(multiplier * end + offset) for end in ends)
+        lower, upper = self.limits.position[self.joint_names.index(source)].tolist()
+        return float(max(abs(multiplier * lower + offset), abs(multiplier * upper + offset)))
 
     def forward_kinematics(self, q: ArrayLike, link: str) -> FloatArray:
         """Pose of a link's frame in the world at q (dof,): (4, 4). Raises ValueError: unknown link."""
@@ -108,7 +108,8 @@ class SpatialRobot(Robot):
 
     def link_frames(self, q: ArrayLike) -> FloatArray:
         """Poses of all links at q (dof,): (links, 4, 4), in the order of `link_names`."""
-        return self.link_frames_along(np.asarray(q, dtype=float)[None])[0]
+        frames: FloatArray = self.link_frames_along(np.asarray(q, dtype=float)[None])[0]
+        return frames
 
     def link_frames_along(self, q: FloatArray) -> FloatArray:
         """Poses of all links along a trajectory q (N, dof): (N, links, 4, 4)."""

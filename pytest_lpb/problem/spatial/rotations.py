@@ -103,7 +103,8 @@ def quaternions_of(matrices: FloatArray) -> FloatArray:
     )
     chosen = candidates[np.arange(len(m)), squares.argmax(axis=1)]
     chosen /= np.linalg.norm(chosen, axis=1, keepdims=True)
-    return np.where(chosen[:, :1] < 0.0, -chosen, chosen)
+    signed: FloatArray = np.where(chosen[:, :1] < 0.0, -chosen, chosen)
+    return signed
 
 
 def matrix_of(q: Sequence[float]) -> FloatArray:
@@ -139,7 +140,7 @@ def rpy_of_matrix(matrix: FloatArray) -> Vector:
     return (atan2(matrix[2, 1], matrix[2, 2]), pitch, atan2(matrix[1, 0], matrix[0, 0]))
 
 
-def turned(axis: Sequence[float], angles: FloatArray) -> FloatArray:
+def turned(axis: Sequence[float] | FloatArray, angles: FloatArray) -> FloatArray:
     """Rotation matrices (N, 3, 3) of turns by angles (N,) [rad] about a unit axis (Rodrigues)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -103,7 +103,7 @@ def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
-    """Create an obstacle's body at the origin: its PyBullet id, its margin [m], the radius [m] of a ball that holds it."""
+    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it."""
     shape = BULLET_SHAPES[entry["shape"]](entry)
     collision = client.call("createCollisionShape", **shape.keywords)
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,7 @@ def _from_obj(path: Path) -> FloatArray:
         elif kind == "f":
             corners = [int(corner.partition("/")[0]) for corner in rest]
             corners = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
-            triangles += [(corners[0], b, c) for b, c in zip(corners[1:], corners[2:], strict=False)]
+            triangles += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
     return np.array(vertices).reshape(-1, 3)[np.array(triangles, dtype=np.intp).reshape(-1, 3)]
 
 

@@ -49,8 +49,8 @@ class Element:
 def load_urdf(path: Path) -> UrdfModel:
     """The robot of a URDF file; a file that has not changed is read once.
 
-    Raises ScenarioError, with `file:line` where there is one, for a file that is no URDF, a missing mesh, unknown links,
-    a joint type that cannot be simulated, several roots or a loop.
+    Raises ScenarioError, with `file:line` where there is one, for a file that is no URDF, a missing mesh, unknown
+    links, a joint type that cannot be simulated, several roots or a loop.
     """
     path = Path(path).absolute()
     try:
@@ -118,7 +118,7 @@ class _Reader:
         return ScenarioError(f"{self._path}:{element.line}: {what}")
 
     def model(self) -> UrdfModel:
-        links = {}
+        links: dict[str, Link] = {}
         for element in self._root.all("link"):
             name = self._name(element, links)
             links[name] = self._link(element, name)
@@ -243,7 +243,7 @@ class _Reader:
         )
 
     def _limits(self, element: Element, kind: str) -> tuple[float, float, float, float]:
-        """Lower, upper, velocity, effort; a joint that is limited has limits, a speed or force of 0 means none given."""
+        """Lower, upper, velocity, effort; a speed or force of 0 means that none is given."""
         limit = element.find("limit")
         if limit is None:
             return -inf, inf, inf, inf

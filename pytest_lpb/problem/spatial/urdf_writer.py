@@ -63,7 +63,8 @@ def possible(inertia: FloatArray) -> FloatArray:
     smallest, middle, largest = np.linalg.eigvalsh(inertia).tolist()
     if smallest > 0.0 and largest <= smallest + middle:
         return inertia
-    return max((smallest + middle + largest) / 3.0, LEAST_INERTIA) * np.eye(3)
+    ball: FloatArray = max((smallest + middle + largest) / 3.0, LEAST_INERTIA) * np.eye(3)
+    return ball
 
 
 def _box(shape: Geometry, margin: float) -> str:

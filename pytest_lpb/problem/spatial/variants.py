@@ -30,7 +30,7 @@ def with_locked_joints(model: UrdfModel, locked: Mapping[str, float]) -> UrdfMod
 def driven_joints(robot: SpatialRobot) -> tuple[list[tuple[str, int]], list[tuple[str, int, float, float]]]:
     """The joints of a robot's URDF that q moves.
 
-    First those that are entries of q: name and entry. Then those that mimic one of them: name, entry, multiplier, offset.
+    First those that are entries of q: name and entry. Then those that mimic one: name, entry, multiplier, offset.
     """
     index = {name: place for place, name in enumerate(robot.joint_names)}
     joints = [joint for joint in robot.urdf.joints if joint.kind != "fixed"]
@@ -81,17 +81,4 @@ def one_shape_per_link(model: UrdfModel) -> tuple[UrdfModel, dict[str, str]]:
 
 
 def _welded(child: str, parent: str) -> Joint:
-    infinite = float("inf")
-    return Joint(
-        name=f"{child}_joint",
-        kind="fixed",
-        parent=parent,
-        child=child,
-        origin=np.eye(4),
-        axis=np.array([1.0, 0.0, 0.0]),
-        lower=-infinite,
-        upper=infinite,
-        velocity=infinite,
-        effort=infinite,
-        mimic=None,
-    )
+    return Joint(f"{child}_joint", "fixed", parent, child)

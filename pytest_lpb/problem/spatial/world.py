@@ -77,8 +77,8 @@ class World:
         except pybullet.error:
             self.client.close()
             raise ScenarioError(
-                f"PyBullet cannot load the robot {robot.name!r}; see whether its collision meshes are .obj, .stl or .dae "
-                "files that PyBullet reads"
+                f"PyBullet cannot load the robot {robot.name!r}; see whether its collision meshes are .obj, .stl or "
+                ".dae files that PyBullet reads"
             ) from None
         finally:
             Path(name).unlink()
@@ -96,7 +96,7 @@ class World:
         self.links = [links[name] for name in robot.link_names]
         planned, followers = driven_joints(robot)
         self.planned = [(joints[name], source) for name, source in planned]
-        self.followers = [(joints[name], *rest) for name, *rest in followers]
+        self.followers = [(joints[name], source, multiplier, offset) for name, source, multiplier, offset in followers]
         self._joints = [joint for joint, *_ in (*self.planned, *self.followers)]
         self.bodies = [
             Body(

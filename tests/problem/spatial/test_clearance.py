@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -45,7 +47,7 @@ def cylinder_distance(p: np.ndarray[Any, Any], radius: float, length: float) -> 
     return float(np.linalg.norm(np.maximum(gap, 0.0)) + min(gap.max(), 0.0))
 
 
-SHAPES = {
+SHAPES: dict[str, tuple[dict[str, Any], Callable[[np.ndarray[Any, Any]], float]]] = {
     "sphere": ({"radius": 0.35}, lambda p: sphere_distance(p, 0.35)),
     "box": ({"size": [0.8, 0.5, 1.1]}, lambda p: box_distance(p, [0.8, 0.5, 1.1])),
     "thin box": ({"size": [0.8, 0.004, 1.1]}, lambda p: box_distance(p, [0.8, 0.004, 1.1])),
@@ -69,7 +71,7 @@ def test_a_sphere_among_shapes_that_are_turned_and_moved_has_the_analytic_distan
             "shape": shape.rpartition(" ")[2],
             "position": position.tolist(),
             "orientation": [float(np.cos(0.5 * angle)), *half.tolist()],
-            **size,  # type: ignore[dict-item] # numbers
+            **size,
         }
         expected = distance(turn(axis, angle).T @ (point - position)) - 0.1
         found = space.clearance_of(Obstacle(entry), point.tolist())
@@ -89,7 +91,7 @@ def test_capsules_of_an_arm_against_a_sphere(tmp_path: Path) -> None:
         q = RANDOM.uniform(-2.0, 2.0, robot.dof)
         joints = [robot.forward_kinematics(q, name)[:3, 3] for name in ("link1", "link2", "end")]
         centre, nearest = np.array(ball["position"]), np.inf
-        for a, b in zip(joints, joints[1:], strict=False):
+        for a, b in pairwise(joints):
             share = np.clip((centre - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
             nearest = min(nearest, float(np.linalg.norm(a + share * (b - a) - centre)) - 0.2 - 0.05)
         found = space.clearance(q.tolist())[0]
@@ -138,7 +140,7 @@ def brute_force(problem: Any, q: list[float], t: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize("base", ["fixed", "differential_drive"])
 def test_the_broad_phase_loses_nothing_while_robot_and_obstacles_move(base: str, tmp_path: Path) -> None:
-    obstacles = [
+    obstacles: list[dict[str, Any]] = [
         {"name": "ball", "shape": "sphere", "radius": 0.1, "trajectory": ["0.5 - 0.4*t", "-0.4 + 0.5*t", "0.6"]},
         {
             "name": "beam",

@@ -1,0 +1,42 @@
+"""Finds one trial of a run without reading the others."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pyarrow
+import pyarrow.parquet
+
+from pytest_lpb.errors import LpbError, RecordingError
+from pytest_lpb.names import listed, suggestion
+from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.trial.files import trial_metadata
+
+MAX_LISTED = 20  # trials that a message names
+
+
+def find_trial(run: RunFolder, node_id: str) -> Path:
+    """Path of the trial file of a node id. Raises LpbError with what there is when it is not in the run."""
+    file, _, rest = node_id.partition("::")
+    planner, _, seed = rest.rpartition("::")
+    for path in run.trial_files():
+        # Paths say nearly everything: SCENARIO/PLANNER/seedK, the scenario's last part being the file's stem, which
+        # is followed by a hash when the file lies outside of the rootdir.
+        likely = (path.parent.name, path.stem) == (planner, seed) and path.parents[1].name.startswith(Path(file).stem)
+        if likely and _node_id(path) == node_id:
+            return path
+    known = {found for path in run.trial_files() if (found := _node_id(path)) is not None}
+    raise LpbError(
+        f"no trial {node_id!r} in this run{suggestion(node_id, known)}; "
+        f"there are {listed(known) if len(known) <= MAX_LISTED else f'{len(known)} of them'}"
+    )
+
+
+def _node_id(path: Path) -> str | None:
+    """What a trial file says it is; None for a file that cannot be read. Raw data are not read."""
+    try:
+        metadata = trial_metadata(pyarrow.parquet.read_schema(path).metadata, path)
+    except (OSError, pyarrow.ArrowException, RecordingError):
+        return None
+    node_id = metadata.get("node_id")
+    return node_id if isinstance(node_id, str) else None
