@@ -55,6 +55,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--planners", type=_names, metavar="A,B", help="planners to look at")
     parser.add_argument("--scenarios", type=_names, metavar="A,B", help="scenarios to look at, by their keys")
     parser.add_argument("--trial", metavar="NODEID", help="print one trial with all its KPIs")
+    parser.add_argument("--video", type=Path, metavar="FILE", help="draw that trial into FILE.mp4 or FILE.gif instead")
+    parser.add_argument("--fps", type=float, metavar="N", help="frames per second of the video (default: 30)")
     parser.add_argument("--compare", type=_names, metavar="A,B", help="compare these two planners")
     parser.add_argument("--plot", type=_names, metavar="A,B", nargs="?", const=[], help="write plots (default: all)")
     parser.add_argument("--output", type=Path, metavar="DIR", help="where to write (default: the run folder)")
@@ -80,3 +82,18 @@ def _check(options: argparse.Namespace) -> None:
         raise LpbError("--compare names a planner that --planners leaves out")
     if options.trial and (compared or options.planners or options.scenarios):
         raise LpbError("--trial shows one trial; leave --planners, --scenarios and --compare out")
+    _check_video(options)
+
+
+def _check_video(options: argparse.Namespace) -> None:
+    """Raise LpbError for options that make no sense of a video."""
+    if options.video is None:
+        if options.fps is not None:
+            raise LpbError("--fps is for videos; add --trial=NODEID --video=FILE.mp4")
+        return
+    if not options.trial:
+        raise LpbError("--video draws one trial; say which with --trial=NODEID")
+    unasked = {"kpis": None, "plot": None, "output": None, "plugin": []}
+    others = [f"--{name}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
+    if others:
+        raise LpbError(f"--video only draws; leave {' and '.join(others)} out")

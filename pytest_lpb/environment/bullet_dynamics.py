@@ -20,8 +20,8 @@ class DynamicMotion:
 
     Velocity and acceleration control set the targets of velocity motors, as strong as the robot's effort limits allow;
     under acceleration control the target is the velocity that all accelerations so far lead to. Under torque control
-    the motors are off. A non-holonomic base is driven along the directions it can move in. Entries of q that move no joint,
-    such as the steering angle of a car without steering joints, follow their commands exactly.
+    the motors are off. A non-holonomic base is driven along the directions it can move in. Entries of q that move no
+    joint, such as the steering angle of a car without steering joints, follow their commands exactly.
     """
 
     def __init__(self, problem: Problem, robot: SpatialRobot, world: World) -> None:

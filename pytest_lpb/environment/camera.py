@@ -17,8 +17,8 @@ Image = NDArray[np.uint8]  # (height, width, 3)
 
 VIEW_ANGLE = radians(40.0)  # [rad]
 NEAREST, FARTHEST = 0.02, 20.0  # of what is seen, in distances of the camera from what it looks at
+LIGHT_FROM = np.array([-0.5, 0.9, -1.0])  # right, up and ahead of the camera: whatever it looks at is lit
 LIGHT = {
-    "lightDirection": (1.0, -2.0, 3.0),
     "lightAmbientCoeff": 0.6,
     "lightDiffuseCoeff": 0.4,
     "lightSpecularCoeff": 0.0,
@@ -81,12 +81,13 @@ class Camera:
         aspect = self.width / self.height
         view = pybullet.computeViewMatrix(self.eye.tolist(), self.target.tolist(), (0.0, 0.0, 1.0))
         projection = pybullet.computeProjectionMatrixFOV(degrees(self.angle), aspect, near, far)
-        renderer: dict[str, Any] = {"renderer": pybullet.ER_TINY_RENDERER, **LIGHT}
+        light = LIGHT | {"lightDirection": (LIGHT_FROM @ self.axes).tolist()}
+        renderer: dict[str, Any] = {"renderer": pybullet.ER_TINY_RENDERER, **light}
         taken = client.call("getCameraImage", self.width, self.height, view, projection, **renderer)
         size = (self.height, self.width)
         colors, depths, bodies = (np.asarray(values).reshape(*size, -1) for values in taken[2:])
-        share = depths[..., 0].astype(np.float64)
-        depth = np.where(share < 1.0, far * near / (far - (far - near) * share), np.inf)
+        depth = far * near / (far - (far - near) * depths[..., 0].astype(np.float64))
+        depth[bodies[..., 0] < 0] = np.inf
         return np.ascontiguousarray(colors[..., :3], dtype=np.uint8), depth, bodies[..., 0]
 
 

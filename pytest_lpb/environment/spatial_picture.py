@@ -25,6 +25,7 @@ GOAL: Rgb = (0, 158, 115)
 PATH: Rgb = (213, 94, 0)
 AXES: tuple[Rgb, ...] = ((200, 40, 40), (30, 140, 30), (40, 70, 200))  # x, y, z of a frame
 INK: Rgb = (60, 66, 74)
+PAPER: Rgb = (240, 242, 245)  # around the letters
 TEXT_PX = 14
 MARK_SIZE = 0.035  # half a goal's cross, or an axis of a frame, in distances of the camera
 CELLS_M = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # of the grid on the ground
@@ -141,7 +142,9 @@ class RenderedScene:
 
     def _with_title(self, picture: Image, title: str) -> Image:
         canvas = Pillow.fromarray(picture)
-        ImageDraw.Draw(canvas).text((10, 8), title, fill=INK, font=self._font)
+        ImageDraw.Draw(canvas).text(
+            (10, 8), title, fill=INK, font=self._font, stroke_width=2, stroke_fill=PAPER
+        )
         return np.array(canvas)
 
     def close(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from math import radians
 
 import numpy as np
@@ -24,7 +25,9 @@ PREFERENCE = 0.03  # of what is seen, by which a later side must be better
 TRIED_PX = (160, 120)  # pictures that are only counted
 TIMES = 25  # at which moving things are held in the picture
 LEAST_M = 0.15  # [m] around every place that is seen
+OBSTACLES_WITHIN, PATHS_WITHIN = 0.3, 1.0  # of the size of robot and goal, around them: what else is seen
 ROOM = 1.06  # of the distance that just holds everything
+CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
 GOAL_SAMPLES = 24  # points on a goal's ball, of which some may be hidden
 
 
@@ -72,19 +75,20 @@ def _places(problem: Problem, around: FloatArray) -> FloatArray:
     frames = start_frames(problem)
     goals = [mark for t in times for mark in goal_marks(problem, float(t), frames)]
     margin = max(problem.robot.body_radius, LEAST_M)
-    parts = [_boxes(frames[:, :3, 3], margin), _boxes(around, margin)]
+    parts = [_boxes(frames[:, :3, 3], margin)]
     parts += [_boxes(mark.position[None], max(mark.radius, 0.5 * LEAST_M)) for mark in goals]
     inner = np.concatenate(parts)
     low, high = inner.min(axis=0), inner.max(axis=0)
-    reach = 0.3 * float(np.linalg.norm(high - low))
-    # A floor or a wall may go on for metres: what is far from robot and goal need not be seen.
-    corners = np.clip(_obstacle_corners(problem, times), low - reach, high + reach)
-    return np.concatenate([inner, corners])
+    size = float(np.linalg.norm(high - low))
+    # A floor or a wall may go on for metres, and a path run far away: what is far from robot and goal need not be seen.
+    corners = np.clip(_obstacle_corners(problem, times), low - OBSTACLES_WITHIN * size, high + OBSTACLES_WITHIN * size)
+    path = np.clip(_boxes(around, margin), low - PATHS_WITHIN * size, high + PATHS_WITHIN * size)
+    return np.concatenate([inner, corners, path])
 
 
 def _boxes(points: FloatArray, margin: float) -> FloatArray:
-    """Lower and upper corners of cubes around points (N, 3) [m]."""
-    return np.concatenate([points - margin, points + margin])
+    """Corners of cubes around points (N, 3) [m]."""
+    return (points[:, None] + margin * CUBE).reshape(-1, 3)
 
 
 def _obstacle_corners(problem: Problem, times: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ def _orientation(target: FloatArray, robot: Robot, goal: GoalInfo, q: FloatArray
 
 
 def _alignment(
-    target: FloatArray,
+    target: FloatArray,  # noqa: ARG001 - it is an angle of zero
     robot: Robot,
     goal: GoalInfo,
     q: FloatArray,

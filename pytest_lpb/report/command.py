@@ -20,6 +20,9 @@ SELECTED = "selected"  # folder for the tables of some of a run's trials
 def report_again(options: argparse.Namespace) -> list[str]:
     """Evaluate a run as the options of `lpb-report` say; returns warnings. Raises LpbError and OSError."""
     run = RunFolder.open(_run_path(options.run))
+    if options.video is not None:
+        _write_video(run, options)
+        return []
     warnings = _load_kpis(run, options.plugin)
     kpis = options.kpis if options.kpis is not None else run.info().get("kpis")
     evaluation = evaluate(run, kpis)
@@ -43,6 +46,18 @@ def report_again(options: argparse.Namespace) -> list[str]:
 def _run_path(path: Path) -> Path:
     """A run folder's path; `latest` alone means reports/latest."""
     return Path("reports") / path if str(path) == "latest" and not path.exists() else path
+
+
+def _write_video(run: RunFolder, options: argparse.Namespace) -> None:
+    """Draw the one trial asked for; nothing else of the run is read."""
+    from pytest_lpb.report.video import DEFAULT_FPS, format_of, write_video
+    from pytest_lpb.run.lookup import find_trial
+    from pytest_lpb.trial.files import read_trial
+
+    fps = DEFAULT_FPS if options.fps is None else options.fps
+    format_of(options.video, fps)  # before anything is read
+    trajectory = read_trial(find_trial(run, options.trial))
+    print(f"video: {write_video(trajectory, options.video, fps)}")
 
 
 def _load_kpis(run: RunFolder, plugins: Sequence[str]) -> list[str]:

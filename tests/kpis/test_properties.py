@@ -87,7 +87,7 @@ def check_degenerate(entry: Kpi, trial: Callable[[], Trajectory]) -> None:
 
 
 @each_kpi
-@pytest.mark.parametrize("scene", (*SCENES, *SPATIAL))
+@pytest.mark.parametrize("scene", [*SCENES, *SPATIAL])
 def test_stable_when_the_step_is_halved(entry: Kpi, scene: Scene) -> None:
     if entry.name not in STEP_DEPENDENT:
         check_step(entry, scene)

@@ -20,6 +20,7 @@ from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.scenario.robots import structure_of
 from pytest_lpb.scenario.schema.robot import Robot
 
+from .test_schema_errors import faults_if_any
 from .urdfs import TETRAHEDRON, joint, link, write_arm, write_urdf
 
 # One part per line: faults of a part are found in its line.
@@ -346,6 +347,44 @@ def test_a_robot_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
         "x.yaml:2: robot.model: the robot ur5 comes with the package example-robot-data, which is not installed: "
         "pip install 'pytest-lpb[robots]'",
     )
+
+
+VALUES = (
+    "null",
+    "5",
+    "-1",
+    "text",
+    "''",
+    '"\\0"',
+    "[]",
+    "[[]]",
+    "{}",
+    "{a: 1}",
+    "[null]",
+    "[{}]",
+    "true",
+    ".nan",
+    "[1, 2, 3]",
+)
+ROBOT_KEYS = sorted(set(Robot.model_fields) - {"model", "urdf"})
+
+
+@pytest.mark.parametrize("value", VALUES)
+@pytest.mark.parametrize(
+    "robot", ["{{urdf: {}}}", "{{model: {}}}", *(f"{{{{urdf: arm.urdf, {key}: {{}}}}}}" for key in ROBOT_KEYS)]
+)
+def test_no_value_of_a_robots_key_breaks_loading(robot: str, value: str) -> None:
+    Path("x.yaml").write_text(text_with(robot=robot.format(value)))
+    assert all(fault.startswith("x.yaml:") for fault in faults_if_any(Path("x.yaml")))
+
+
+@pytest.mark.parametrize("value", VALUES)
+@pytest.mark.parametrize("part", ["environment", "start", "goal", "obstacles", "randomize", "certified"])
+def test_no_value_of_a_part_breaks_loading(part: str, value: str) -> None:
+    Path("x.yaml").write_text(text_with(**{part: value}))
+    faults = faults_if_any(Path("x.yaml"))
+    assert all(fault.startswith("x.yaml:") for fault in faults)
+    assert faults or value in ("null", "{}", "[]")
 
 
 # What follows says what the concrete form is.

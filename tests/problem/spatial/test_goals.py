@@ -270,9 +270,10 @@ def test_residuals_at_the_target_change_by_the_jacobian(kind: str, rows: slice) 
     goal = sub_goal(robot, type=kind, link="panda_hand", target=[1.0, 0.0, 0.0, 0.0][: 3 if kind == "position" else 4])
     for _ in range(5):
         q = RANDOM.uniform(-1.0, 1.0, robot.dof)
-        target = goal.value([], robot.frames(q))
+        target = goal.value([], robot.frames(q.tolist()))
         step = 1e-6  # [rad]
-        moved = [goal.residual(goal.value([], robot.frames(q + step * unit)), target) for unit in np.eye(robot.dof)]
+        around = robot.frames_of(q + step * np.eye(robot.dof))
+        moved = [goal.residual(goal.value([], frames), target) for frames in around]
         assert_allclose(np.array(moved).T / step, robot.jacobian(q, "panda_hand")[rows], atol=1e-5)
 
 
