@@ -62,6 +62,8 @@ class DynamicMotion:
         """State after dt, as the physics has it."""
         self._q = list(q)
         self._drive(u, action)
+        # A step leaves the links' frames where they were before it, until somebody asks for them to be computed.
+        self._world.client.call("getLinkState", self._world.robot, 0, computeForwardKinematics=True)
         position, velocity = self._measured()
         return position, self._actuated(position, velocity, q, u, action)
 

@@ -142,9 +142,7 @@ class RenderedScene:
 
     def _with_title(self, picture: Image, title: str) -> Image:
         canvas = Pillow.fromarray(picture)
-        ImageDraw.Draw(canvas).text(
-            (10, 8), title, fill=INK, font=self._font, stroke_width=2, stroke_fill=PAPER
-        )
+        ImageDraw.Draw(canvas).text((10, 8), title, fill=INK, font=self._font, stroke_width=2, stroke_fill=PAPER)
         return np.array(canvas)
 
     def close(self) -> None:

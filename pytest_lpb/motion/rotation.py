@@ -35,11 +35,12 @@ class AxisTurn(Motion):
         self.moving = self._angle.moving
 
     def evaluate(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Quaternion wxyz and its derivatives, see `Motion.evaluate`."""
+        """Quaternion wxyz and its derivatives, see `Motion.evaluate`; NaN where the angle is not finite."""
         half, rate, change = (0.5 * values for values in self._angle.evaluate(t))
-        along = np.concatenate([np.cos(half), np.sin(half) * self._axis], axis=1)
-        across = np.concatenate([-np.sin(half), np.cos(half) * self._axis], axis=1)
-        return along, rate * across, change * across - rate * rate * along
+        with np.errstate(over="ignore", invalid="ignore"):
+            along = np.concatenate([np.cos(half), np.sin(half) * self._axis], axis=1)
+            across = np.concatenate([-np.sin(half), np.cos(half) * self._axis], axis=1)
+            return along, rate * across, change * across - rate * rate * along
 
     def component_name(self, index: int) -> str:  # noqa: ARG002 - the angle is what was written
         """The angle itself."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from pytest_lpb.problem.angles import angle_error
+from pytest_lpb.problem.angles import angle_error, wrapped
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.robot import Robot
 
@@ -32,3 +32,10 @@ class JointGoal(SubGoal):
             angle_error(have, want) if index in self._headings else abs(have - want)
             for index, have, want in zip(self.joints, value, target, strict=True)
         )
+
+    def residual(self, value: Sequence[float], target: Sequence[float]) -> list[float]:
+        """Differences of the joints [rad or m]; a base's heading is wrapped."""
+        return [
+            wrapped(have - want) if index in self._headings else have - want
+            for index, have, want in zip(self.joints, value, target, strict=True)
+        ]

@@ -44,4 +44,8 @@ def unit_of(column: str, problem: Problem) -> str:
 def _goal_unit(column: str, problem: Problem) -> str:
     # Of `reach` and `reach_angle` the column goal_reach_angle_0 belongs to the longer one.
     owners = [goal for goal in problem.goal if column.startswith(f"goal_{goal.name}_")]
-    return max(owners, key=lambda goal: len(goal.name)).unit if owners else ""
+    if not owners:
+        return ""
+    goal = max(owners, key=lambda goal: len(goal.name))
+    quaternion = goal.type == "orientation" and problem.dimension == 3
+    return "" if quaternion and not column.endswith("_error") else goal.unit

@@ -225,6 +225,19 @@ def test_motors_follow_velocities_and_accelerations(tmp_path: Path) -> None:
     assert u == pytest.approx([0.2] * 7, abs=0.01)
 
 
+@pytest.mark.parametrize("substeps", [1, 10])
+def test_frames_after_simulated_steps_are_those_of_the_joints(substeps: int, tmp_path: Path) -> None:
+    settings = {"dynamics": True, "end_at": [], "substeps": substeps}
+    problem = problem_of(tmp_path, panda_entry(environment=settings, robot={"control": "velocity"}))
+    environment = ScenarioEnvironment(problem=problem)
+    for _ in range(5):
+        environment.step([0.5] * 7)
+        engine = environment.running_engine
+        for index, expected in enumerate(problem.robot.frames(engine.q)):
+            assert engine.frames[index][:3] == pytest.approx(expected[:3], abs=1e-9)
+    environment.close()
+
+
 def test_a_simulated_cart_follows_its_velocities(tmp_path: Path) -> None:
     entry = scenario_entry(
         {"model": "cart", "control": "velocity"}, joint="x", environment={"dynamics": True, "end_at": []}

@@ -201,3 +201,9 @@ def test_a_turn_about_an_axis(angle: float) -> None:
 def test_an_axis_has_a_direction() -> None:
     with pytest.raises(ScenarioError, match="zeros"):
         turning_motion({"axis": [0.0, 0.0, 0.0], "angle": "t"})
+
+
+def test_a_wrong_angle_of_a_turn_is_named_as_written() -> None:
+    turn = turning_motion({"axis": [0.0, 0.0, 1.0], "angle": "1/(t - 1)"})
+    with pytest.raises(ScenarioError, match=r"^'1/\(t - 1\)' has the value nan at t = 1 s"):
+        turn.check_finite(sampled_times(0.5, 10))

@@ -22,6 +22,7 @@ from .specifications import configuration, same_columns
 GOAL: list[robots.Entry] = [
     {"name": "reach", "type": "position", "link": "base", "target": [2.0, 0.0, 0.0], "tolerance": 0.1},
     {"name": "aim", "type": "position", "link": "base", "target": [0.5], "axes": [2]},
+    {"name": "turn", "type": "orientation", "link": "base", "target": [1.0, 0.0, 0.0, 1.0], "tolerance": 0.1},
 ]
 FAN: robots.Entry = {
     "name": "fan.1",
@@ -57,6 +58,7 @@ def test_the_columns_of_the_contract(written: Written) -> None:
     expected = ["t", "q0", "q1", "q2", "qd0", "qd1", "qd2", "u0", "u1", "action0", "action1", "applied0", "applied1"]
     expected += ["link_base_x", "link_base_y", "link_base_z"]
     expected += ["goal_reach_0", "goal_reach_1", "goal_reach_2", "goal_reach_error", "goal_aim_0", "goal_aim_error"]
+    expected += [*(f"goal_turn_{index}" for index in range(4)), "goal_turn_error"]
     parts = ("x", "y", "z", "qw", "qx", "qy", "qz")
     expected += [f"obstacle_{name}_{part}" for name in ("ball", "fan.1") for part in parts]
     expected += ["clearance_m", "clearance_body", "clearance_obstacle", "self_clearance_m"]
@@ -97,6 +99,8 @@ UNITS = {
     "link_base_z": "m",
     "goal_reach_2": "m",
     "goal_reach_error": "m",
+    **{f"goal_turn_{index}": "" for index in range(4)},
+    "goal_turn_error": "rad",
     "obstacle_fan.1_z": "m",
     **{f"obstacle_fan.1_q{letter}": "" for letter in "wxyz"},
     "clearance_m": "m",

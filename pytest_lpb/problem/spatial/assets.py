@@ -25,7 +25,7 @@ def _digest(path: Path, _changed: int, _size: int) -> str:
 
 def asset_files(path: Path) -> tuple[Path, ...]:
     """A URDF and its meshes, or a mesh alone; in a fixed order."""
-    path = Path(path).resolve()
+    path = Path(path).absolute()
     return (path, *load_urdf(path).meshes) if path.suffix == ".urdf" else (path,)
 
 

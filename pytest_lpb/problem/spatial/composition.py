@@ -105,6 +105,11 @@ def _composed(key: str, model: UrdfModel | None) -> Composition:
     whole = UrdfModel(model.name, (*links, *robot.links), (*joints, *robot.joints), model.path)
     own = tuple(link.name for link in whole.links if not link.name.startswith(HELPER))
     urdf = with_collision(whole, entry.get("collision") or "geometry", own)
+    repeated = {link.name for link in robot.links} & {link.name for link in links}
+    if repeated:
+        raise ScenarioError(
+            f"{model.name} has links called {', '.join(sorted(repeated))}, as its base has; rename them"
+        )
     names = (*base.joints, *entry["joints"])
     tree = KinematicTree(urdf, names, entry["locked_joints"])
     kinds = (*base.kinds, *(model.joint(name).kind for name in entry["joints"]))

@@ -44,7 +44,7 @@ def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _siz
 
 
 def covering_capsule(points: FloatArray) -> Capsule:
-    """A small capsule that holds all points (n, 3): along their principal axis, with caps moved in as far as they go."""
+    """A small capsule that holds all points (n, 3): along their principal axis, its caps moved in as far as they go."""
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     offset = points - centre
     _, _, axes = np.linalg.svd(offset, full_matrices=False)

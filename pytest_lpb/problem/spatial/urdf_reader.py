@@ -134,6 +134,10 @@ class _Reader:
             mimic = joints[element.attributes["name"]].mimic
             if mimic is not None and mimic[0] not in joints:
                 raise self._fault(element, f"mimics {mimic[0]!r}, which is no joint{suggestion(mimic[0], joints)}")
+            if mimic is not None and joints[mimic[0]].mimic is not None:
+                raise self._fault(
+                    element, f"mimics {mimic[0]!r}, which mimics another; name the one that moves by itself"
+                )
         ordered_links, ordered_joints = in_tree_order(links, joints, self._path)
         return UrdfModel(self._root.attributes.get("name", self._path.stem), ordered_links, ordered_joints, self._path)
 

@@ -110,7 +110,17 @@ class World:
             for link in self._model.links
             if link.collisions
         ]
+        self._check_bodies()
         self.reach = reach_of_joints(robot, self.bodies)
+
+    def _check_bodies(self) -> None:
+        """PyBullet loads a robot with a mesh that it cannot read, without it. Raises ScenarioError then."""
+        for body in self.bodies:
+            if not self.client.call("getCollisionShapeData", self.robot, body.link):
+                self.client.close()
+                raise ScenarioError(
+                    f"PyBullet cannot read the collision mesh of link {body.name!r}; allowed are .obj, .stl and .dae"
+                )
 
     def set_q(self, q: Sequence[float]) -> None:
         """Put the robot's joints into positions (dof,), at rest."""

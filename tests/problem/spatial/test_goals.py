@@ -203,6 +203,7 @@ def test_the_heading_of_a_base_is_wrapped_and_an_arms_joint_is_not() -> None:
     goal = sub_goal(robot, type="joint", joints=["theta", "panda_joint1"], target=[3.0, 1.0])
     assert goal.distance([-3.0, 1.0], [3.0, 1.0]) == pytest.approx(2.0 * pi - 6.0)
     assert goal.distance([3.0, -3.0], [3.0, 3.0]) == pytest.approx(6.0)
+    assert goal.residual([-3.0, -3.0], [3.0, 3.0]) == pytest.approx([2.0 * pi - 6.0, -6.0])
 
 
 # Alignment
