@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.patches import Circle, Polygon
 
-from pytest_lpb.problem.planar.shapes import SHAPES
+from pytest_lpb.report.depiction import depiction_for
 from pytest_lpb.report.plots import plot
-from pytest_lpb.report.scene_marks import goal_points, placed_corners, primary_link
+from pytest_lpb.report.projection import PROJECTIONS, Disc
+from pytest_lpb.report.scene_marks import goal_points, primary_link
 from pytest_lpb.run.problems import TRIAL_KEYS
 from pytest_lpb.run.summary import ALL, summary_table
 
@@ -25,27 +26,28 @@ def path(trajectory: Trajectory, axes: Any) -> None:
     points = trajectory.link(primary_link(trajectory))
     axes.plot(points[:, 0], points[:, 1], color="C0", label=trajectory.outcome)
     axes.plot(*points[0, :2], "o", color="C0", fillstyle="none", label="start")
-    if trajectory.problem.dimension == 2:
-        _draw_surroundings(trajectory, axes)
+    _draw_surroundings(trajectory, axes)
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.legend(loc="best", fontsize="small")
 
 
 def _draw_surroundings(trajectory: Trajectory, axes: Any) -> None:
-    for obstacle in trajectory.problem.obstacles:
-        positions, angles = obstacle.poses(trajectory.t)
+    problem = trajectory.problem
+    depiction, above = depiction_for(problem.dimension), PROJECTIONS[problem.dimension][0]
+    for obstacle in problem.obstacles:
+        positions, turns = obstacle.poses(trajectory.t)
         if obstacle.moving:
             axes.plot(positions[:, 0], positions[:, 1], ":", color="0.5", linewidth=1)
-        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
-        if isinstance(outline, float):
-            axes.add_patch(Circle(tuple(positions[-1]), outline, color="0.7"))
-        else:
-            axes.add_patch(Polygon(placed_corners(obstacle, positions[-1], float(angles[-1])), color="0.7"))
-    targets = goal_points(trajectory)
-    if len(targets):
+        outline = depiction.outline(obstacle, positions[-1], turns[-1], above)
+        if isinstance(outline, Disc):
+            axes.add_patch(Circle(tuple(outline.centre), outline.radius, color="0.7"))
+        elif outline is not None:
+            axes.add_patch(Polygon(outline, color="0.7"))
+    targets = above.of(goal_points(trajectory))
+    if len(targets) and np.isfinite(targets[-1]).all():
         axes.plot(*targets[-1], "+", color="C2", markersize=10, label="goal")
-        tolerance = trajectory.problem.primary.tolerance
+        tolerance = problem.primary.tolerance
         if tolerance is not None:
             axes.add_patch(Circle(tuple(targets[-1]), tolerance, edgecolor="C2", facecolor="none"))
 

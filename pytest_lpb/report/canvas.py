@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.report.projection import Disc, Outline
 from pytest_lpb.report.scale import drawable, round_values, tick_labels
 from pytest_lpb.report.view import Mark, Panel, Tick
 
@@ -55,6 +56,12 @@ class Canvas:
         r = round(max(radius * self.scale, 0.1), 1)
         half = f"a{r:.1f} {r:.1f} 0 1 0"
         return f"M{x - r:.1f} {y:.1f}{half} {2 * r:.1f} 0{half} {-2 * r:.1f} 0Z"
+
+    def outline(self, outline: Outline) -> str:
+        """SVG path of an outline."""
+        if isinstance(outline, Disc):
+            return self.disc(outline.centre, outline.radius)
+        return self.line(outline, closed=True)
 
     def panel(self, title: str, letters: str, marks: list[Mark]) -> Panel:
         """The finished picture with its axes; `letters` name them, such as `xy`."""

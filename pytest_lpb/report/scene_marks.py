@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.problem.planar.shapes import SHAPES
-from pytest_lpb.report.canvas import Canvas, path_through
+from pytest_lpb.report.canvas import path_through
+from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.numbers import show, show_exact
 from pytest_lpb.report.scale import LARGEST
 from pytest_lpb.report.view import Mark, PlannerStyle
@@ -37,8 +37,8 @@ class Drawn:
 
     @property
     def path(self) -> FloatArray:
-        """Path of the goal's link, (N + 1, 2) [m]."""
-        return self.trajectory.link(primary_link(self.trajectory))[:, :2]
+        """Path of the goal's link, (N + 1, 2 or 3) [m]."""
+        return self.trajectory.link(primary_link(self.trajectory))[:, : self.trajectory.problem.dimension]
 
     @property
     def last_row(self) -> int:
@@ -63,38 +63,33 @@ def configurations(trajectory: Trajectory) -> FloatArray:
     return np.clip(trajectory.q, -LARGEST, LARGEST)
 
 
-def placed_corners(obstacle: Obstacle, position: FloatArray, angle: float) -> FloatArray:
-    """Corners of an obstacle in the world, (N, 2) [m]; of a disc, those of the square around it."""
-    outline = SHAPES[obstacle.shape](obstacle.entry).outline()
-    if isinstance(outline, float):
-        return position + outline * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.asarray(position + np.array(outline) @ turn.T)
-
-
-def obstacle_marks(canvas: Canvas, obstacle: Obstacle, until: float) -> Iterator[Mark]:
+def obstacle_marks(sheet: Sheet, obstacle: Obstacle, until: float) -> Iterator[Mark]:
     """An obstacle at the start and, where it moves, its track and ghosts up to the time `until` [s]."""
     times = np.linspace(0.0, until, 121)
-    positions, angles = obstacle.poses(times)
+    positions, turns = obstacle.poses(times)
     if obstacle.moving:
-        yield Mark(canvas.line(positions), "track", title=f"{obstacle.name}: track")
+        yield Mark(sheet.line(positions), "track", title=f"{obstacle.name}: track")
         for row in np.linspace(0, 120, OBSTACLE_GHOSTS + 1).astype(int)[1:]:
             yield Mark(
-                _outline(canvas, obstacle, positions[row], float(angles[row])),
+                sheet.outline(obstacle, positions[row], turns[row]),
                 "obstacle ghost",
                 title=f"{obstacle.name} at {show(times[row])} s",
             )
-    yield Mark(_outline(canvas, obstacle, positions[0], float(angles[0])), "obstacle", title=obstacle.name)
+    yield Mark(sheet.outline(obstacle, positions[0], turns[0]), "obstacle", title=obstacle.name)
 
 
 def goal_points(trajectory: Trajectory) -> FloatArray:
-    """Targets of the primary goal over time, (N + 1, 2) [m]; empty when it is no place in the world."""
-    goal = trajectory.problem.primary
-    target = trajectory.goal(goal.name)
-    reference = goal_entry(trajectory).get("relative_to")
-    if goal.type != "position" or target.shape[1] != 2 or reference not in (None, "world"):
-        return np.empty((0, 2))
-    return target
+    """Targets of the primary goal over time, (N + 1, 2 or 3) [m]; empty when it is no place in the world.
+
+    NaN along axes that the goal says nothing of.
+    """
+    problem = trajectory.problem
+    entry = goal_entry(trajectory)
+    if problem.primary.type != "position" or entry.get("relative_to") not in (None, "world"):
+        return np.empty((0, problem.dimension))
+    points = np.full((len(trajectory), problem.dimension), np.nan)
+    points[:, entry.get("axes") or slice(None)] = trajectory.goal(problem.primary.name)
+    return points
 
 
 def goal_entry(trajectory: Trajectory) -> Any:
@@ -103,43 +98,35 @@ def goal_entry(trajectory: Trajectory) -> Any:
     return next(entry for entry in trajectory.problem.to_dict()["goal"] if entry["name"] == name)
 
 
-def goal_marks(canvas: Canvas, trajectory: Trajectory) -> Iterator[Mark]:
+def goal_marks(sheet: Sheet, trajectory: Trajectory) -> Iterator[Mark]:
     """The goal with its tolerance; the track of a moving one."""
     goal = trajectory.problem.primary
-    points = goal_points(trajectory)
-    if len(points) == 0:
+    points = sheet.projection.of(goal_points(trajectory))
+    if not np.isfinite(points).all() or len(points) == 0:
         return
     if goal.moving:
-        yield Mark(canvas.line(points), "track goal-track", title=f"track of goal {goal.name}")
+        yield Mark(sheet.canvas.line(points), "track goal-track", title=f"track of goal {goal.name}")
     tolerance = goal.tolerance
     if tolerance is not None:
         yield Mark(
-            canvas.disc(points[0], tolerance),
+            sheet.canvas.disc(points[0], tolerance),
             "tolerance",
             title=f"goal {goal.name}: within {show_exact(tolerance)} m",
         )
-    x, y = canvas.pixels(points[:1])[0]
+    x, y = sheet.canvas.pixels(points[:1])[0]
     yield Mark(f"M{x - 6:.1f} {y:.1f}h12M{x:.1f} {y - 6:.1f}v12", "goal", title=f"goal {goal.name}")
 
 
-def robot_marks(canvas: Canvas, trajectory: Trajectory, row: int, css: str, drawn: Drawn | None) -> Iterator[Mark]:
-    """The robot's bodies at a row."""
+def robot_marks(sheet: Sheet, trajectory: Trajectory, row: int, css: str, drawn: Drawn | None) -> Iterator[Mark]:
+    """The robot at a row."""
     robot = trajectory.problem.robot
-    q = configurations(trajectory)[row]
     style = drawn.style if drawn else None
-    by_radius: dict[float, list[FloatArray]] = {}
-    for body in robot.collision_bodies:
-        pose = robot.forward_kinematics(q, body.link)
-        for capsule in body.capsules:
-            ends = np.array(capsule[:4]).reshape(2, 2) @ pose[:2, :2].T + pose[:2, 2]
-            by_radius.setdefault(capsule[4], []).append(canvas.pixels(ends))
-    for radius, segments in by_radius.items():
-        d = "".join(path_through(segment) for segment in segments)
-        yield Mark(d, f"robot {css}", style, max(2 * radius * canvas.scale, 3.0))
+    yield from sheet.depiction.robot(sheet, trajectory, row, css, style)
     if robot.non_holonomic:
-        pose = robot.forward_kinematics(q, robot.link_names[0])
-        ahead = pose[:2, 2] + pose[:2, 0] * max(robot.body_radius, 8.0 / canvas.scale)
-        yield Mark(canvas.line(np.array([pose[:2, 2], ahead])), f"heading {css}", style)
+        pose = robot.forward_kinematics(configurations(trajectory)[row], robot.link_names[0])
+        here, forward = pose[:-1, -1], pose[:-1, 0]
+        ahead = here + forward * max(robot.body_radius, 8.0 / sheet.canvas.scale)
+        yield Mark(sheet.line(np.array([here, ahead])), f"heading {css}", style)
 
 
 def ghost_rows(drawn: Drawn) -> list[int]:
@@ -151,9 +138,9 @@ def ghost_rows(drawn: Drawn) -> list[int]:
     return [int(row) for row in np.searchsorted(moved, np.linspace(0, moved[-1], ROBOT_GHOSTS + 2)[1:-1])]
 
 
-def path_marks(canvas: Canvas, drawn: Drawn) -> Iterator[Mark]:
+def path_marks(sheet: Sheet, drawn: Drawn) -> Iterator[Mark]:
     """A planner's path, the robot where it ends, and a cross where it touched something."""
-    name, points = drawn.style.name, drawn.path
+    name, points, canvas = drawn.style.name, sheet.projection.of(drawn.path), sheet.canvas
     yield Mark(canvas.line(points), "path", drawn.style, title=f"{name}: {drawn.outcome}")
     finite = points[np.isfinite(points).all(axis=1)]
     if len(finite) == 0:
@@ -162,12 +149,12 @@ def path_marks(canvas: Canvas, drawn: Drawn) -> Iterator[Mark]:
     solved = "solved" if drawn.outcome == "success" else "failed"
     yield Mark(drawn.style.marker, f"end {solved}", drawn.style, title=f"{name}: end, {drawn.outcome}", at=(x, y))
     if drawn.outcome in CONTACTS:
-        place = canvas.pixels(contact_point(drawn)[None, :])[0]
+        place = canvas.pixels(sheet.projection.of(contact_point(drawn))[None, :])[0]
         yield Mark(path_through(place + CROSS), "collision", drawn.style, title=f"{name}: {drawn.outcome}")
 
 
 def contact_point(drawn: Drawn) -> FloatArray:
-    """The point on the touching body's axis that is nearest to the obstacle's centre, (2,) [m]."""
+    """The point on the touching body's axis that is nearest to the obstacle's centre, (2 or 3,) [m]."""
     trajectory, row = drawn.trajectory, drawn.violation_row
     robot, link_path = trajectory.problem.robot, drawn.path
     body_name = str(trajectory.columns.get("clearance_body", np.full(len(trajectory), ""))[row])
@@ -175,17 +162,11 @@ def contact_point(drawn: Drawn) -> FloatArray:
     obstacle = str(trajectory.columns.get("clearance_obstacle", np.full(len(trajectory), ""))[row])
     if body is None or drawn.outcome != "collision" or f"obstacle_{obstacle}_x" not in trajectory.columns:
         return np.asarray(link_path[row])
-    centre = trajectory.obstacle(obstacle)[row, :2]
+    d = trajectory.problem.dimension
+    centre = trajectory.obstacle(obstacle)[row, :d]
     pose = robot.forward_kinematics(configurations(trajectory)[row], body.link)
     samples = np.concatenate(
-        [np.linspace(capsule[:2], capsule[2:4], 41) @ pose[:2, :2].T + pose[:2, 2] for capsule in body.capsules]
+        [np.linspace(axis[:d], axis[d : 2 * d], 41) @ pose[:d, :d].T + pose[:d, d] for axis in body.capsules]
     )
     away = np.clip(samples - centre, -LARGEST, LARGEST)
     return np.asarray(samples[np.argmin(np.linalg.norm(away, axis=1))])
-
-
-def _outline(canvas: Canvas, obstacle: Obstacle, position: FloatArray, angle: float) -> str:
-    outline = SHAPES[obstacle.shape](obstacle.entry).outline()
-    if isinstance(outline, float):
-        return canvas.disc(position, outline)
-    return canvas.line(placed_corners(obstacle, position, angle), closed=True)

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from pytest_lpb.errors import LpbError
 from pytest_lpb.report.canvas import canvas_for
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.depiction import Depiction, Sheet, depiction_for
 from pytest_lpb.report.numbers import finite, show
 from pytest_lpb.report.overview import endings
+from pytest_lpb.report.projection import PROJECTIONS, Projection, corners_of
 from pytest_lpb.report.scene_marks import (
     CONTACTS,
     Drawn,
@@ -23,7 +25,6 @@ from pytest_lpb.report.scene_marks import (
     goal_points,
     obstacle_marks,
     path_marks,
-    placed_corners,
     robot_marks,
 )
 from pytest_lpb.report.timelines import timelines
@@ -59,15 +60,15 @@ def _scene(
     drawn = list(_loaded(data, styles, chosen, notes))
     if len({text for text in chosen["problem_hash"].fillna("") if text}) > 1:
         notes.append("The planners shown ran different problems; obstacles and goal are those of the first.")
-    drawable = [trial for trial in drawn if trial.trajectory.problem.dimension == 2]
-    if len(drawable) < len(drawn):
-        notes.append("Pictures of spatial robots are not drawn.")
+    # A scenario's file may have changed between two runs of a study; what lies in one picture has one dimension.
+    dimension = drawn[0].trajectory.problem.dimension if drawn else 2
+    drawable = [trial for trial in drawn if trial.trajectory.problem.dimension == dimension]
     seeds = sorted(set(chosen["seed"]))
     return Scene(
         number=number,
         scenario=scenario,
         caption=f"Seed {', '.join(str(seed) for seed in seeds)} of {rows['seed'].nunique()}",
-        panels=[_panel(drawable)] if drawable else [],
+        panels=[_panel(drawable, projection) for projection in PROJECTIONS[dimension]] if drawable else [],
         timelines=timelines(drawn),
         entries=[_entry(styles[str(row.planner)], row) for row in chosen.itertuples()],
         legend=_legend(drawable),
@@ -90,41 +91,48 @@ def _loaded(
         yield Drawn(styles[row["planner"]], trajectory, str(row["outcome"]))
 
 
-def _panel(drawn: Sequence[Drawn]) -> Panel:
+def _panel(drawn: Sequence[Drawn], projection: Projection) -> Panel:
     first = max(drawn, key=lambda trial: len(trial.trajectory))
     problem, until = first.trajectory.problem, float(first.trajectory.t[-1])
-    canvas = canvas_for(_fixed_points(first, until), np.concatenate([_robot_points(trial) for trial in drawn]))
+    depiction = depiction_for(problem.dimension)
+    fixed = _fixed_points(first, until, depiction, projection)
+    canvas = canvas_for(fixed, np.concatenate([_robot_points(trial, projection) for trial in drawn]))
+    sheet = Sheet(canvas, projection, depiction)
     marks: list[Mark] = []
     for obstacle in problem.obstacles:
-        marks += obstacle_marks(canvas, obstacle, until)
-    marks += goal_marks(canvas, first.trajectory)
-    arm = len(problem.robot.collision_bodies) > 1
+        marks += obstacle_marks(sheet, obstacle, until)
+    marks += goal_marks(sheet, first.trajectory)
+    ghosts = depiction.has_ghosts(problem.robot)
     for trial in drawn:
-        rows = ghost_rows(trial) if arm else []
-        marks += [mark for row in rows for mark in robot_marks(canvas, trial.trajectory, row, "ghost", trial)]
-    marks += robot_marks(canvas, first.trajectory, 0, "start", None)
+        rows = ghost_rows(trial) if ghosts else []
+        marks += [mark for row in rows for mark in robot_marks(sheet, trial.trajectory, row, "ghost", trial)]
+    marks += robot_marks(sheet, first.trajectory, 0, "start", None)
     for trial in drawn:
-        marks += robot_marks(canvas, trial.trajectory, trial.last_row, "final", trial)
+        marks += robot_marks(sheet, trial.trajectory, trial.last_row, "final", trial)
     for trial in drawn:
-        marks += path_marks(canvas, trial)
-    return canvas.panel("", "xy", marks)
+        marks += path_marks(sheet, trial)
+    return canvas.panel(projection.title, projection.letters, marks)
 
 
-def _fixed_points(trial: Drawn, until: float) -> FloatArray:
+def _fixed_points(trial: Drawn, until: float, depiction: Depiction, projection: Projection) -> FloatArray:
     problem = trial.trajectory.problem
-    parts = [trial.path[:1], goal_points(trial.trajectory)]
+    goal = projection.of(goal_points(trial.trajectory))
+    parts = [projection.of(trial.path[:1]), goal]
     for obstacle in problem.obstacles:
-        positions, angles = obstacle.poses(np.linspace(0.0, until, CORNER_TIMES if obstacle.moving else 1))
-        parts += [placed_corners(obstacle, place, float(angle)) for place, angle in zip(positions, angles, strict=True)]
+        positions, turns = obstacle.poses(np.linspace(0.0, until, CORNER_TIMES if obstacle.moving else 1))
+        for position, turn in zip(positions, turns, strict=True):
+            outline = depiction.outline(obstacle, position, turn, projection)
+            parts += [] if outline is None else [corners_of(outline)]
     tolerance = problem.primary.tolerance or 0.0
-    parts += [parts[1] + tolerance, parts[1] - tolerance]
+    parts += [goal + tolerance, goal - tolerance]
     return np.concatenate(parts)
 
 
-def _robot_points(trial: Drawn) -> FloatArray:
+def _robot_points(trial: Drawn, projection: Projection) -> FloatArray:
     robot, q = trial.trajectory.problem.robot, configurations(trial.trajectory)
-    positions = robot.link_positions(q[np.isfinite(q).all(axis=1)]).reshape(-1, 2)
-    return np.concatenate([positions - robot.body_radius, positions + robot.body_radius])
+    positions = robot.link_positions(q[np.isfinite(q).all(axis=1)])
+    seen = projection.of(positions).reshape(-1, 2)
+    return np.concatenate([seen - robot.body_radius, seen + robot.body_radius])
 
 
 def _entry(style: PlannerStyle, row: Any) -> SceneEntry:

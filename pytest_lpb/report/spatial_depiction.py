@@ -1,0 +1,93 @@
+"""Spatial problems in pictures: silhouettes of obstacles and of the robot's collision geometry, and its skeleton.
+
+What is drawn is what collides: the silhouette of a convex body is the hull of its projected corners, exactly. Concave
+meshes are drawn as their hull.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.solids import Solid, geometry_of, pose_from, solid_of
+from pytest_lpb.report.canvas import path_through
+from pytest_lpb.report.depiction import Sheet
+from pytest_lpb.report.projection import Disc, Outline, Projection, convex_hull
+from pytest_lpb.report.scene_marks import configurations
+from pytest_lpb.report.view import Mark, PlannerStyle
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.obstacle import Obstacle
+    from pytest_lpb.problem.robot import Robot
+    from pytest_lpb.trajectory import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+ROUND = 2.0 * np.pi * np.arange(32) / 32  # [rad] corners of what is round
+SKELETON_PX = 2.5
+GHOST = "ghost"
+
+
+class SpatialDepiction:
+    """Silhouettes in orthographic projection; see `Depiction`."""
+
+    def outline(
+        self, obstacle: Obstacle, position: FloatArray, orientation: FloatArray, projection: Projection
+    ) -> Outline | None:
+        """An obstacle's silhouette: position (3,) [m], quaternion wxyz (4,)."""
+        try:
+            solid = solid_of(geometry_of(obstacle))
+        except (ScenarioError, OSError):
+            return None
+        return silhouette(solid.placed(pose_from(position, orientation)), projection)
+
+    def has_ghosts(self, robot: Robot) -> bool:
+        """Whether it has a skeleton: a path says all of a single body."""
+        return bool(bones_of(robot))
+
+    def robot(
+        self, sheet: Sheet, trajectory: Trajectory, row: int, css: str, style: PlannerStyle | None
+    ) -> Iterator[Mark]:
+        """Silhouettes of the bodies at start and end, and lines between the recorded positions of joined links."""
+        robot = trajectory.problem.robot
+        assert isinstance(robot, SpatialRobot)
+        if css != GHOST:
+            frames = robot.link_frames(configurations(trajectory)[row])
+            outlines = [silhouette(solid, sheet.projection) for solid in _bodies(robot, frames)]
+            yield Mark("".join(map(sheet.canvas.outline, outlines)), f"body {css}", style)
+        ends = [np.stack([trajectory.link(name)[row] for name in bone]) for bone in bones_of(robot)]
+        lines = "".join(path_through(sheet.canvas.pixels(sheet.projection.of(end))) for end in ends)
+        yield Mark(lines, f"skeleton {css}", style, SKELETON_PX)
+
+
+def bones_of(robot: Robot) -> list[tuple[str, str]]:
+    """Pairs of links that a joint connects, the parent first."""
+    assert isinstance(robot, SpatialRobot)
+    own = set(robot.link_names)
+    return [(joint.parent, joint.child) for joint in robot.urdf.joints if joint.parent in own and joint.child in own]
+
+
+def _bodies(robot: SpatialRobot, frames: FloatArray) -> Iterator[Solid]:
+    """The collision geometry of a robot with its links at poses (links, 4, 4); meshes that cannot be read left out."""
+    for frame, name in zip(frames, robot.link_names, strict=True):
+        for shape in robot.urdf.link(name).collisions:
+            try:
+                yield solid_of(shape).placed(frame)
+            except (ScenarioError, OSError):
+                continue
+
+
+def silhouette(solid: Solid, projection: Projection) -> Outline:
+    """What is seen of a placed solid."""
+    points = projection.of(solid.points)
+    if len(points) == 1:
+        return Disc(points[0], solid.radius)
+    if solid.radius > 0.0:
+        circle = solid.radius * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+        points = (points[:, None] + circle).reshape(-1, 2)
+    return convex_hull(points)
