@@ -93,7 +93,7 @@ def _check_video(options: argparse.Namespace) -> None:
         return
     if not options.trial:
         raise LpbError("--video draws one trial; say which with --trial=NODEID")
-    unasked = {"kpis": None, "plot": None, "output": None, "plugin": []}
+    unasked: dict[str, object] = {"kpis": None, "plot": None, "output": None, "plugin": []}
     others = [f"--{name}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
     if others:
         raise LpbError(f"--video only draws; leave {' and '.join(others)} out")

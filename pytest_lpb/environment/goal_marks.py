@@ -62,7 +62,7 @@ def _place(
 def traced_pose(goal: SubGoal, problem: Problem, frames: FloatArray) -> FloatArray:
     """Pose (4, 4) of what a goal speaks of: its link, or a point in it; the last link for goals of none."""
     names = problem.robot.link_names
-    pose = frames[-1 if goal.link is None else names.index(goal.link)].copy()
+    pose: FloatArray = frames[-1 if goal.link is None else names.index(goal.link)].copy()
     point = getattr(goal, "point", None)
     if point is not None:
         pose[:3, 3] += pose[:3, :3] @ point

@@ -1,4 +1,4 @@
-"""What is drawn into a rendered picture: ground, translucent balls, lines. What lies behind something shines through."""
+"""What is drawn into a rendered picture: ground, translucent balls, lines that shine through what hides them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def add_ball(picture: Image, depth: FloatArray, camera: Camera, centre: FloatArr
 
 
 def sampled(camera: Camera, points: FloatArray) -> FloatArray:
-    """Column, row [px] and depth [m] of samples (N, 3) along a line through points (M, 3) [m] that lie in the picture."""
+    """Samples (N, 3) in the picture of a line through points (M, 3) [m]: column, row [px], depth [m]."""
     places, depth = camera.project(points)
     lengths = np.nan_to_num(np.linalg.norm(np.diff(places, axis=0), axis=1))
     # A stretch that comes from behind the camera is left out, and none needs more samples than the picture has.

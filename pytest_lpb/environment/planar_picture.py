@@ -62,6 +62,8 @@ class PlanarPicture:
         self._draw_obstacles(problem, row)
         self._draw_goal(problem, row)
         self._axes.plot(*zip(*self._path, strict=True), color=PATH, linewidth=1.2)
+        xs, ys = zip(*(frame[:2] for frame in frames), strict=True)
+        self._axes.plot(xs, ys, color=ROBOT, alpha=0.7, linewidth=2.0)
         for ax, ay, bx, by, radius in PlanarCollision(robot, []).capsules(frames):
             self._axes.add_patch(Polygon(_capsule(ax, ay, bx, by, radius), color=ROBOT, alpha=0.7, linewidth=0))
         self._finish(problem, row)

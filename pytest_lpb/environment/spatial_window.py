@@ -29,7 +29,7 @@ class SpatialWindow:
 
     def __init__(self) -> None:
         check_display()
-        self._complaints = tempfile.TemporaryFile()
+        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 - closed in `close`
         self._process = subprocess.Popen(
             [sys.executable, "-c", PROGRAM.format(module=MODULE), json.dumps(sys.path)],
             stdin=subprocess.PIPE,

@@ -36,6 +36,12 @@ class Depiction(Protocol):
     ) -> Outline | None:
         """An obstacle's outline where it is placed, as it is seen; None when its file cannot be read any more."""
 
+    def extent(self, trajectory: Trajectory, projection: Projection) -> FloatArray:
+        """Points (N, 2) [m] around the robot at all rows with finite numbers, as they are seen."""
+
+    def start(self, trajectory: Trajectory, projection: Projection) -> FloatArray:
+        """Points (N, 2) [m] around the robot at the start that are in the picture however far paths run."""
+
     def has_ghosts(self, robot: Robot) -> bool:
         """Whether the robot's poses between start and end are worth drawing."""
 

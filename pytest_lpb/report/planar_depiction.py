@@ -12,7 +12,7 @@ from pytest_lpb.problem.planar.shapes import SHAPES
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.projection import Disc, Outline, Projection
-from pytest_lpb.report.scene_marks import configurations
+from pytest_lpb.report.scene_marks import around_links, configurations
 from pytest_lpb.report.view import Mark, PlannerStyle
 
 if TYPE_CHECKING:
@@ -40,6 +40,18 @@ class PlanarDepiction:
         angle = float(orientation)
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         return np.asarray(position + np.array(outline) @ turn.T)
+
+    def extent(self, trajectory: Trajectory, projection: Projection) -> FloatArray:
+        """Points around the links at all rows."""
+        return around_links(trajectory, projection)
+
+    def start(
+        self,
+        trajectory: Trajectory,  # noqa: ARG002 - nothing to add
+        projection: Projection,  # noqa: ARG002 - as above
+    ) -> FloatArray:
+        """None: the path begins in the picture, and the robot is around it."""
+        return np.empty((0, 2))
 
     def has_ghosts(self, robot: Robot) -> bool:
         """Whether it is an arm: a path says all of a single body."""

@@ -32,6 +32,7 @@ from pytest_lpb.report.user_figures import user_figures
 from pytest_lpb.report.view import Page, PlannerStyle
 
 TEMPLATES = "templates"
+STYLES = ("style.css", "spatial.css")
 
 
 def write_report(path: Path, data: ReportData) -> Path:
@@ -49,7 +50,9 @@ def render(page: Page) -> str:
         lstrip_blocks=True,
     )
     folder = files("pytest_lpb.report") / TEMPLATES
-    style = (folder / "style.css").read_text("utf-8")
+    # Reports without spatial problems do not carry what only these need.
+    several = any(len(scene.panels) > 1 for scene in page.scenes)
+    style = "".join((folder / name).read_text("utf-8") for name in STYLES[: 2 if several else 1])
     script = (folder / "script.js").read_text("utf-8")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     # The hash lets the browser run this script and no other, whatever a scenario is called.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.numbers import show, show_exact
+from pytest_lpb.report.projection import Projection
 from pytest_lpb.report.scale import LARGEST
 from pytest_lpb.report.view import Mark, PlannerStyle
 
@@ -43,13 +44,18 @@ class Drawn:
     @property
     def last_row(self) -> int:
         """The last row with a finite configuration."""
-        return int(np.flatnonzero(np.isfinite(self.trajectory.q).all(axis=1))[-1])
+        return int(finite_rows(self.trajectory)[-1])
 
     @property
     def violation_row(self) -> int:
         """Row of the first contact, or the last row."""
         touching = np.flatnonzero(self.trajectory.clearance < 0)
         return int(touching[0]) if len(touching) else self.last_row
+
+
+def finite_rows(trajectory: Trajectory) -> NDArray[np.intp]:
+    """Rows with a finite configuration."""
+    return np.flatnonzero(np.isfinite(trajectory.q).all(axis=1))
 
 
 def primary_link(trajectory: Trajectory) -> str:
@@ -61,6 +67,13 @@ def primary_link(trajectory: Trajectory) -> str:
 def configurations(trajectory: Trajectory) -> FloatArray:
     """Joint positions, those that diverged cut off where numbers can still be added, (N + 1, dof)."""
     return np.clip(trajectory.q, -LARGEST, LARGEST)
+
+
+def around_links(trajectory: Trajectory, projection: Projection) -> FloatArray:
+    """Points (N, 2) [m] around the links' frames at all rows with finite numbers, as they are seen."""
+    robot = trajectory.problem.robot
+    seen = projection.of(robot.link_positions(configurations(trajectory)[finite_rows(trajectory)])).reshape(-1, 2)
+    return np.concatenate([seen - robot.body_radius, seen + robot.body_radius])
 
 
 def obstacle_marks(sheet: Sheet, obstacle: Obstacle, until: float) -> Iterator[Mark]:

@@ -19,7 +19,6 @@ from pytest_lpb.report.projection import PROJECTIONS, Projection, corners_of
 from pytest_lpb.report.scene_marks import (
     CONTACTS,
     Drawn,
-    configurations,
     ghost_rows,
     goal_marks,
     goal_points,
@@ -96,7 +95,7 @@ def _panel(drawn: Sequence[Drawn], projection: Projection) -> Panel:
     problem, until = first.trajectory.problem, float(first.trajectory.t[-1])
     depiction = depiction_for(problem.dimension)
     fixed = _fixed_points(first, until, depiction, projection)
-    canvas = canvas_for(fixed, np.concatenate([_robot_points(trial, projection) for trial in drawn]))
+    canvas = canvas_for(fixed, np.concatenate([depiction.extent(trial.trajectory, projection) for trial in drawn]))
     sheet = Sheet(canvas, projection, depiction)
     marks: list[Mark] = []
     for obstacle in problem.obstacles:
@@ -117,7 +116,7 @@ def _panel(drawn: Sequence[Drawn], projection: Projection) -> Panel:
 def _fixed_points(trial: Drawn, until: float, depiction: Depiction, projection: Projection) -> FloatArray:
     problem = trial.trajectory.problem
     goal = projection.of(goal_points(trial.trajectory))
-    parts = [projection.of(trial.path[:1]), goal]
+    parts = [projection.of(trial.path[:1]), goal, depiction.start(trial.trajectory, projection)]
     for obstacle in problem.obstacles:
         positions, turns = obstacle.poses(np.linspace(0.0, until, CORNER_TIMES if obstacle.moving else 1))
         for position, turn in zip(positions, turns, strict=True):
@@ -126,13 +125,6 @@ def _fixed_points(trial: Drawn, until: float, depiction: Depiction, projection: 
     tolerance = problem.primary.tolerance or 0.0
     parts += [goal + tolerance, goal - tolerance]
     return np.concatenate(parts)
-
-
-def _robot_points(trial: Drawn, projection: Projection) -> FloatArray:
-    robot, q = trial.trajectory.problem.robot, configurations(trial.trajectory)
-    positions = robot.link_positions(q[np.isfinite(q).all(axis=1)])
-    seen = projection.of(positions).reshape(-1, 2)
-    return np.concatenate([seen - robot.body_radius, seen + robot.body_radius])
 
 
 def _entry(style: PlannerStyle, row: Any) -> SceneEntry:

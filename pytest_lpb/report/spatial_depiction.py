@@ -17,8 +17,8 @@ from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.solids import Solid, geometry_of, pose_from, solid_of
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
-from pytest_lpb.report.projection import Disc, Outline, Projection, convex_hull
-from pytest_lpb.report.scene_marks import configurations
+from pytest_lpb.report.projection import Disc, Outline, Projection, convex_hull, corners_of
+from pytest_lpb.report.scene_marks import around_links, configurations, finite_rows
 from pytest_lpb.report.view import Mark, PlannerStyle
 
 if TYPE_CHECKING:
@@ -46,6 +46,18 @@ class SpatialDepiction:
             return None
         return silhouette(solid.placed(pose_from(position, orientation)), projection)
 
+    def extent(self, trajectory: Trajectory, projection: Projection) -> FloatArray:
+        """Points around the links at all rows, and corners of the bodies at the end."""
+        last = int(finite_rows(trajectory)[-1])
+        bodies = [corners_of(outline) for outline in _silhouettes(trajectory, last, projection)]
+        return np.concatenate([around_links(trajectory, projection), *bodies])
+
+    def start(self, trajectory: Trajectory, projection: Projection) -> FloatArray:
+        """Corners of the bodies, and the links' frames."""
+        robot = trajectory.problem.robot
+        links = projection.of(robot.link_positions(configurations(trajectory)[:1])[0])
+        return np.concatenate([links, *(corners_of(body) for body in _silhouettes(trajectory, 0, projection))])
+
     def has_ghosts(self, robot: Robot) -> bool:
         """Whether it has a skeleton: a path says all of a single body."""
         return bool(bones_of(robot))
@@ -54,13 +66,10 @@ class SpatialDepiction:
         self, sheet: Sheet, trajectory: Trajectory, row: int, css: str, style: PlannerStyle | None
     ) -> Iterator[Mark]:
         """Silhouettes of the bodies at start and end, and lines between the recorded positions of joined links."""
-        robot = trajectory.problem.robot
-        assert isinstance(robot, SpatialRobot)
         if css != GHOST:
-            frames = robot.link_frames(configurations(trajectory)[row])
-            outlines = [silhouette(solid, sheet.projection) for solid in _bodies(robot, frames)]
+            outlines = _silhouettes(trajectory, row, sheet.projection)
             yield Mark("".join(map(sheet.canvas.outline, outlines)), f"body {css}", style)
-        ends = [np.stack([trajectory.link(name)[row] for name in bone]) for bone in bones_of(robot)]
+        ends = [np.stack([trajectory.link(name)[row] for name in bone]) for bone in bones_of(trajectory.problem.robot)]
         lines = "".join(path_through(sheet.canvas.pixels(sheet.projection.of(end))) for end in ends)
         yield Mark(lines, f"skeleton {css}", style, SKELETON_PX)
 
@@ -72,12 +81,15 @@ def bones_of(robot: Robot) -> list[tuple[str, str]]:
     return [(joint.parent, joint.child) for joint in robot.urdf.joints if joint.parent in own and joint.child in own]
 
 
-def _bodies(robot: SpatialRobot, frames: FloatArray) -> Iterator[Solid]:
-    """The collision geometry of a robot with its links at poses (links, 4, 4); meshes that cannot be read left out."""
+def _silhouettes(trajectory: Trajectory, row: int, projection: Projection) -> Iterator[Outline]:
+    """Of a robot's collision geometry at a row; meshes that cannot be read any more are left out."""
+    robot = trajectory.problem.robot
+    assert isinstance(robot, SpatialRobot)
+    frames = robot.link_frames(configurations(trajectory)[row])
     for frame, name in zip(frames, robot.link_names, strict=True):
         for shape in robot.urdf.link(name).collisions:
             try:
-                yield solid_of(shape).placed(frame)
+                yield silhouette(solid_of(shape).placed(frame), projection)
             except (ScenarioError, OSError):
                 continue
 

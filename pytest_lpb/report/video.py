@@ -131,8 +131,8 @@ def rows_of_frames(trajectory: Trajectory, fps: float) -> list[int]:
 
     Raises LpbError for a trial without rows.
     """
-    finite = np.isfinite(trajectory.q).all(axis=1)
-    last = len(finite) - 1 if finite.all() else int(np.argmin(finite)) - 1
+    endless = np.flatnonzero(~np.isfinite(trajectory.q).all(axis=1))
+    last = int(endless[0] if len(endless) else len(trajectory)) - 1
     if last < 0:
         raise LpbError(f"--video: {trajectory.metadata['node_id']} has no recorded motion ({trajectory.outcome})")
     dt = trajectory.problem.dt
