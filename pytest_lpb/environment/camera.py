@@ -17,6 +17,7 @@ Image = NDArray[np.uint8]  # (height, width, 3)
 
 VIEW_ANGLE = radians(40.0)  # [rad]
 NEAREST, FARTHEST = 0.02, 20.0  # of what is seen, in distances of the camera from what it looks at
+CLOSEST = 0.1  # of that distance: nothing that must be seen is nearer to the eye
 LIGHT_FROM = np.array([-0.5, 0.9, -1.0])  # right, up and ahead of the camera: whatever it looks at is lit
 LIGHT = {
     "lightAmbientCoeff": 0.6,
@@ -107,7 +108,7 @@ def framing(points: FloatArray, towards_eye: FloatArray, size: tuple[int, int], 
     across, up, ahead = axes @ (points - centre).T
     slope = tan(0.5 * angle)
     shift = np.zeros(3)
-    distance = 0.0
+    distance = -float(ahead.min()) / (1.0 - CLOSEST)
     for index, (values, edge) in enumerate(((across, slope * width / height), (up, slope))):
         highest, lowest = (values - edge * ahead).max(), (values + edge * ahead).min()
         shift[index] = 0.5 * (highest + lowest)

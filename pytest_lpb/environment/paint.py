@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_lpb.environment.camera import Camera, Image
 from pytest_lpb.problem.robot import FloatArray
@@ -73,25 +72,26 @@ def add_ball(picture: Image, depth: FloatArray, camera: Camera, centre: FloatArr
 
 
 def sampled(camera: Camera, points: FloatArray) -> FloatArray:
-    """Samples (N, 3) in the picture of a line through points (M, 3) [m]: column, row [px], depth [m]."""
+    """Samples (N, 3) in the picture of a line through points (M, 3) [m]: column, row [px], depth [m].
+
+    A stretch that comes from behind the camera is left out.
+    """
     places, depth = camera.project(points)
-    lengths = np.nan_to_num(np.linalg.norm(np.diff(places, axis=0), axis=1))
-    # A stretch that comes from behind the camera is left out, and none needs more samples than the picture has.
-    counts = np.minimum(np.ceil(lengths / SAMPLE_PX), camera.width + camera.height).astype(int)
-    start = np.repeat(np.arange(len(counts)), counts)
-    share = (np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts)) / np.repeat(counts, counts)
-    rows = np.column_stack([places, depth])
-    samples = rows[start] + share[:, None] * (rows[start + 1] - rows[start])
-    return np.asarray(samples[_within(camera, samples)])
-
-
-def _within(camera: Camera, samples: FloatArray) -> NDArray[np.bool_]:
+    # Along a line in the picture, the inverse of the depth is what changes evenly.
+    rows = np.column_stack([places, 1.0 / depth])
+    begin, step = rows[:-1], np.diff(rows, axis=0)
     margin = LINE_PX // 2 + 1
-    columns, rows = samples[:, 0], samples[:, 1]
-    inside = (
-        (columns >= margin) & (columns < camera.width - margin) & (rows >= margin) & (rows < camera.height - margin)
-    )
-    return np.asarray(inside)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        edges = np.stack([margin - begin[:, :2], (camera.width, camera.height) - begin[:, :2] - margin]) / step[:, :2]
+        enter = edges.min(axis=0).max(axis=1).clip(0.0)  # shares of a stretch (Liang and Barsky, 1984)
+        leave = edges.max(axis=0).min(axis=1).clip(None, 1.0)
+        lengths = (leave - enter) * np.hypot(step[:, 0], step[:, 1])
+    counts = np.where(lengths > 0.0, np.ceil(lengths / SAMPLE_PX), 0.0).astype(int)
+    which = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[which]
+    along = enter[which] + share * (leave - enter)[which]
+    samples = begin[which] + along[:, None] * step[which]
+    return np.column_stack([samples[:, :2], 1.0 / samples[:, 2]])
 
 
 def add_samples(picture: Image, depth: FloatArray, samples: FloatArray, color: Rgb) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -24,8 +26,8 @@ DEFAULT_FPS = 30.0
 PROGRESS_S = 3.0  # [s] between two lines of progress
 MAX_AROUND = 200  # places of a path that the picture must hold
 GIF_TICK_S = 0.01  # [s] GIF's unit of time
-# libx264's constant quality; `faststart` lets a player begin before it has the whole file.
-MP4_OPTIONS = ["-crf", "20", "-preset", "fast", "-movflags", "+faststart"]
+# H.264 as all players know it, of constant quality; with `faststart` they begin before they have the whole file.
+MP4_OPTIONS = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "fast", "-movflags", "+faststart"]
 
 Image = NDArray[np.uint8]  # (height, width, 3)
 
@@ -54,7 +56,7 @@ class Format:
 
 def _write_mp4(path: Path, footage: Footage) -> None:
     try:
-        import imageio_ffmpeg
+        from imageio_ffmpeg import get_ffmpeg_exe
     except ImportError:
         raise LpbError(
             "--video: .mp4 needs the package imageio-ffmpeg: pip install 'pytest-lpb[video]'; "
@@ -62,17 +64,19 @@ def _write_mp4(path: Path, footage: Footage) -> None:
         ) from None
     first = next(footage.frames)
     height, width, _ = first.shape
-    writer = imageio_ffmpeg.write_frames(
-        path, (width, height), fps=footage.fps, codec="libx264", quality=None, output_params=MP4_OPTIONS
-    )
-    try:
-        writer.send(None)
-        for frame in chain([first], footage.frames):
-            writer.send(frame)
-    except OSError as error:
-        raise RecordingError(f"--video: ffmpeg failed: {' '.join(str(error).split()[-40:])}") from error
-    finally:
-        writer.close()
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{footage.fps:g}", "-i", "-"]
+    command = [get_ffmpeg_exe(), "-loglevel", "error", *source, *MP4_OPTIONS, str(path)]
+    with tempfile.TemporaryFile() as complaints:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=complaints) as ffmpeg:
+            assert ffmpeg.stdin is not None
+            # When ffmpeg has ended early, its words say more than the broken pipe.
+            with contextlib.suppress(BrokenPipeError), ffmpeg.stdin as pipe:
+                for frame in chain([first], footage.frames):
+                    pipe.write(frame.tobytes())
+        if ffmpeg.returncode:
+            complaints.seek(0)
+            said = " ".join(complaints.read().decode(errors="replace").split())
+            raise RecordingError(f"--video: ffmpeg failed: {said or f'exit status {ffmpeg.returncode}'}")
 
 
 def _write_gif(path: Path, footage: Footage) -> None:

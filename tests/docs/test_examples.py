@@ -8,6 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
+
+from pytest_lpb.scenario.draw import check_feasible, draw_problem
+from pytest_lpb.scenario.load import load_scenario
+from pytest_lpb.scenario.schema.robot import Robot
+from pytest_lpb.scenario.spatial import SpatialDescription
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -70,3 +76,20 @@ def test_script(page: str, repository: pytest.Pytester) -> None:
     result = repository.runpython(script)
     assert result.ret == 0
     assert result.outlines, "the example prints what it found"
+
+
+def test_kinematics_of_the_page_on_robots(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    found: dict[str, object] = {}
+    exec(blocks("docs/robots.md", "python")[0], found)
+    assert found["pose"][2, 3] > 0.0  # type: ignore[index] # an array
+
+
+def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
+    path = tmp_path / "beam.yaml"
+    path.write_text(next(text for text in blocks("docs/scenarios.md", "yaml") if "pybullet" in text), "utf-8")
+    scenario = load_scenario(path)
+    check_feasible(scenario)
+    assert len(draw_problem(scenario, 0, ("obstacles",)).obstacles) > 3
+    mobile = yaml.safe_load(blocks("docs/robots.md", "yaml")[1])
+    assert SpatialDescription(Robot.model_validate(mobile["robot"])).structure.actions[:2] == ("v", "w")
