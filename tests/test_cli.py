@@ -142,6 +142,20 @@ def test_one_trial(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert results(run) == before
 
 
+def test_video_of_one_trial(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trial = "drawn.yaml::pd::seed1"
+    for file in (run / "trials").rglob("*.parquet"):
+        if file.relative_to(run / "trials") != Path("drawn/pd/seed1.parquet"):
+            file.write_bytes(b"never read")
+    before, raw = results(run), raw_data(run)
+    for name in ("out.mp4", "out.gif"):
+        assert main([str(run), "--trial", trial, "--video", str(tmp_path / name), "--fps=8"]) == 0
+        assert capsys.readouterr().out == f"video: {tmp_path / name}\n"
+        assert (tmp_path / name).stat().st_size > 1000
+    assert results(run) == before
+    assert raw_data(run) == raw
+
+
 def test_comparison(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(run), "--compare=pd,potential_field"]) == 0
     output = capsys.readouterr().out
@@ -207,6 +221,24 @@ WRONG = {
     "no module": (["--plugin=no_such_module"], "--plugin: cannot import 'no_such_module'"),
     "no file": (["--plugin=no_such_file.py"], "cannot load KPIs from no_such_file.py"),
     "output in a file": (["--output=/dev/null/x"], "cannot write /dev/null/x"),
+    "video of what": (["--video=x.mp4"], "--video draws one trial; say which with --trial=NODEID"),
+    "another kind of video": (
+        ["--trial=drawn.yaml::pd::seed1", "--video=x.webm"],
+        "--video: found 'x.webm'; a video's name ends with .gif, .mp4",
+    ),
+    "video of no trial": (
+        ["--trial=drawn.yaml::pd::seed7", "--video=x.mp4"],
+        "no trial 'drawn.yaml::pd::seed7' in this run; did you mean 'drawn.yaml::pd::seed",
+    ),
+    "video and more": (
+        ["--trial=drawn.yaml::pd::seed1", "--video=x.mp4", "--kpis=sparc", "--plot"],
+        "--video only draws; leave --kpis and --plot out",
+    ),
+    "too fast for a GIF": (
+        ["--trial=drawn.yaml::pd::seed1", "--video=x.gif", "--fps=60"],
+        "--fps: found 60; allowed for .gif are rates above 0 and up to 50 per second",
+    ),
+    "a rate without a video": (["--fps=10"], "--fps is for videos; add --trial=NODEID --video=FILE.mp4"),
 }
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from pytest_lpb.environment.bullet_dynamics import DynamicMotion
-from pytest_lpb.errors import DivergedError
+from pytest_lpb.environment.limits import check_measure
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.spatial.clearance import CONTACT_SLACK_M, SpatialCollision
@@ -102,11 +102,7 @@ class BulletEngine:
             q, u = self._motion.advance(before, self.u, action)
         except (OverflowError, ValueError):
             q, u = [inf], self.u
-        for value in q:
-            if not -BEYOND_MEASURE < value < BEYOND_MEASURE:
-                raise DivergedError(
-                    f"the actions drove the robot's position beyond {BEYOND_MEASURE:g} (last action {action})"
-                )
+        check_measure(q, action, BEYOND_MEASURE)
         self.q, self.u = q, u
         self.qd = self._robot.joint_velocity(q, u)
         self._collision.moved(np.subtract(q, before))

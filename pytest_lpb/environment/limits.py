@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import inf, isfinite
 
+from pytest_lpb.errors import DivergedError
 from pytest_lpb.problem.robot import Robot
 
 POSITION_SLACK = 1e-9  # [rad or m] beyond a position limit before it counts as violated
@@ -84,3 +85,10 @@ class PositionLimits:
             if not lower <= q[index] <= upper:
                 return index
         return None
+
+
+def check_measure(q: list[float], action: list[float], beyond: float) -> None:
+    """Raise DivergedError for positions beyond all measure [m or rad]."""
+    for value in q:
+        if not -beyond < value < beyond:
+            raise DivergedError(f"the actions drove the robot's position beyond {beyond:g} (last action {action})")

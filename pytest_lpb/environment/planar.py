@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from pytest_lpb.errors import DivergedError
+from pytest_lpb.environment.limits import check_measure
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.planar.collision import CONTACT_SLACK_M, PlanarCollision
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
@@ -41,11 +41,7 @@ class PlanarEngine:
             q, u = self._robot.integrate(self.q, self.u, action, self._dt)
         except (OverflowError, ValueError):
             q, u = [inf], self.u
-        for value in q:
-            if not -BEYOND_MEASURE < value < BEYOND_MEASURE:
-                raise DivergedError(
-                    f"the actions drove the robot's position beyond {BEYOND_MEASURE:g} (last action {action})"
-                )
+        check_measure(q, action, BEYOND_MEASURE)
         self.q, self.u = q, u
         self._refresh()
 

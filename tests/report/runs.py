@@ -87,7 +87,7 @@ def make_trajectory(problem: Problem, node_id: str, push: float, rows: int = 240
         for shape, obstacle in zip(collision.shapes, problem.obstacles, strict=True):
             place, angle = obstacle.poses(t)
             shape.place(float(place[0, 0]), float(place[0, 1]), float(angle[0]))
-        frames = robot.frames(q.tolist())  # type: ignore[attr-defined]
+        frames: Any = robot.frames(q.tolist())
         target = goal.motion.evaluate(t)[0][0]
         tip = np.array(goal.value(q.tolist(), frames))
         states.append(q.copy())

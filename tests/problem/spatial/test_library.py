@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -80,7 +81,7 @@ def test_the_digest_follows_the_files_not_their_place(tmp_path: Path) -> None:
 
 @given(arrays(float, st.tuples(st.integers(1, 30), st.just(3)), elements=st.floats(-2.0, 2.0)))
 @settings(max_examples=200, deadline=None)
-def test_covering_capsules_hold_their_points(points: np.ndarray) -> None:  # type: ignore[type-arg] # of floats
+def test_covering_capsules_hold_their_points(points: np.ndarray[Any, Any]) -> None:
     capsule = covering_capsule(points)
     start, end, radius = np.array(capsule[:3]), np.array(capsule[3:6]), capsule[6]
     axis = end - start

@@ -207,7 +207,8 @@ def base_offset(client: Client, body: int) -> np.ndarray:  # type: ignore[type-a
     """Where PyBullet has the root link's frame: it places the centre of mass at the origin's offset."""
     position, _ = client.call("getBasePositionAndOrientation", body)
     local = client.call("getDynamicsInfo", body, -1)[3]
-    return np.array(position) - np.array(local)
+    offset: np.ndarray = np.array(position) - np.array(local)  # type: ignore[type-arg] # of floats
+    return offset
 
 
 @given(*[st.floats(-3.1, 3.1)] * 3)
