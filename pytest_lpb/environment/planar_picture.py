@@ -153,8 +153,6 @@ def _extent(problem: Problem, around: FloatArray) -> tuple[FloatArray, FloatArra
     if len(around):
         size = high - low
         # A path that runs far away must not shrink the picture.
-        low, high = (
-            np.minimum(low, around.min(axis=0).clip(low - size)),
-            np.maximum(high, around.max(axis=0).clip(None, high + size)),
-        )
+        wanted_low, wanted_high = around.min(axis=0) - MARGIN_M, around.max(axis=0) + MARGIN_M
+        low, high = np.minimum(low, wanted_low.clip(low - size)), np.maximum(high, wanted_high.clip(None, high + size))
     return low, high

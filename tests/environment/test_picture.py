@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
+from pytest_lpb.environment.picture import picture_for
 from pytest_lpb.errors import LpbError
 from tests.problem.entries import ARM, CART, POINT, Entry, circle, make_problem, position_goal
 
@@ -35,6 +36,18 @@ def test_robot_and_obstacle_are_in_the_picture(robot: Entry) -> None:
         environment.step(np.ones(problem.robot.n_actions))
     assert (environment.render() != first).any()
     environment.close()
+
+
+def test_what_is_around_is_in_the_picture_unless_it_is_far_away() -> None:
+    problem = make_problem(POINT, goal=[{"name": "left", "type": "joint", "joints": ["x"], "target": [0.0]}])
+    seen = {}
+    for name, around in {"nothing": None, "near": [[1.2, 0.0]], "far": [[1e7, -1e7]]}.items():
+        picture = picture_for(2, show=False, around=None if around is None else np.array(around))
+        seen[name] = [np.asarray(picture.draw(problem, row, [x, 0.0])) for row, x in enumerate((0.0, 1.2))]
+        picture.close()
+    assert pixels_near(seen["nothing"][1], BLUE) == 0
+    assert pixels_near(seen["near"][1], BLUE) > 100
+    assert pixels_near(seen["far"][0], BLUE) > 100
 
 
 def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
