@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import product
 from math import radians
 
@@ -75,7 +76,7 @@ def _places(problem: Problem, around: FloatArray) -> FloatArray:
     frames = start_frames(problem)
     goals = [mark for t in times for mark in goal_marks(problem, float(t), frames)]
     margin = max(problem.robot.body_radius, LEAST_M)
-    parts = [_boxes(frames[:, :3, 3], margin)]
+    parts = [_boxes(frames[:, :3, 3], margin), _robot_corners(problem, frames)]
     parts += [_boxes(mark.position[None], max(mark.radius, 0.5 * LEAST_M)) for mark in goals]
     inner = np.concatenate(parts)
     low, high = inner.min(axis=0), inner.max(axis=0)
@@ -91,13 +92,26 @@ def _boxes(points: FloatArray, margin: float) -> FloatArray:
     return (points[:, None] + margin * CUBE).reshape(-1, 3)
 
 
+def _robot_corners(problem: Problem, frames: FloatArray) -> FloatArray:
+    """Points (N, 3) [m] around the collision geometry of the links at poses (links, 4, 4)."""
+    robot = problem.robot
+    assert isinstance(robot, SpatialRobot)
+    corners = [np.empty((0, 3))]
+    for frame, name in zip(frames, robot.link_names, strict=True):
+        for shape in robot.urdf.link(name).collisions:
+            with suppress(ScenarioError, OSError):  # meshes that cannot be read are not seen either
+                solid = solid_of(shape).placed(frame)
+                corners.append(_boxes(solid.points, solid.radius))
+    return np.concatenate(corners)
+
+
 def _obstacle_corners(problem: Problem, times: FloatArray) -> FloatArray:
     corners = [np.empty((0, 3))]
     for obstacle in problem.obstacles:
         try:
             solid = solid_of(geometry_of(obstacle))
         except (ScenarioError, OSError):
-            continue  # a mesh that cannot be read is not seen either
+            continue  # as above
         positions, turns = obstacle.poses(times if obstacle.moving else times[:1])
         for position, turn in zip(positions, turns, strict=True):
             corners.append(_boxes(solid.placed(pose_from(position, turn)).points, solid.radius))

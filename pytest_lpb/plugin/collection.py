@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from pytest_lpb.errors import LpbError, ScenarioError
+from pytest_lpb.errors import LpbError, MissingRobotsError, ScenarioError
 from pytest_lpb.kpis.registry import default_registry
 from pytest_lpb.names import is_name
 from pytest_lpb.plugin.items import PlannerCollector
@@ -147,10 +147,15 @@ class ScenarioFile(pytest.File):
         return session_of(self.config)
 
     def collect(self) -> Iterator[PlannerCollector]:
-        """One collector per planner. Raises CollectError with file and line for a scenario that is wrong."""
+        """One collector per planner. Raises CollectError with file and line for a scenario that is wrong.
+
+        A scenario whose robot comes with an optional package that is not installed is skipped, with that reason.
+        """
         options = self.session_options
         try:
             self.scenario = self._checked(options)
+        except MissingRobotsError as error:
+            pytest.skip(str(error), allow_module_level=True)
         except LpbError as error:
             raise self.CollectError(str(error)) from error
         self._add_tags(self.scenario)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.numbers import show, show_exact
@@ -18,6 +19,7 @@ from pytest_lpb.report.view import Mark, PlannerStyle
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.obstacle import Obstacle
+    from pytest_lpb.problem.robot import CollisionBody, Robot
     from pytest_lpb.trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -171,8 +173,8 @@ def contact_point(drawn: Drawn) -> FloatArray:
     trajectory, row = drawn.trajectory, drawn.violation_row
     robot, link_path = trajectory.problem.robot, drawn.path
     body_name = str(trajectory.columns.get("clearance_body", np.full(len(trajectory), ""))[row])
-    body = next((body for body in robot.collision_bodies if body.name == body_name), None)
     obstacle = str(trajectory.columns.get("clearance_obstacle", np.full(len(trajectory), ""))[row])
+    body = next((body for body in _bodies(robot) if body.name == body_name), None)
     if body is None or drawn.outcome != "collision" or f"obstacle_{obstacle}_x" not in trajectory.columns:
         return np.asarray(link_path[row])
     d = trajectory.problem.dimension
@@ -183,3 +185,11 @@ def contact_point(drawn: Drawn) -> FloatArray:
     )
     away = np.clip(samples - centre, -LARGEST, LARGEST)
     return np.asarray(samples[np.argmin(np.linalg.norm(away, axis=1))])
+
+
+def _bodies(robot: Robot) -> Sequence[CollisionBody]:
+    """What collides; nothing when a mesh cannot be read any more."""
+    try:
+        return robot.collision_bodies
+    except (ScenarioError, OSError):
+        return ()

@@ -19,7 +19,7 @@ from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.problem.robot import FloatArray, robot_from
+from pytest_lpb.problem.robot import FloatArray, Robot, robot_from
 from pytest_lpb.scenario.feasibility import goal_fault, is_free, start_fault
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
 from pytest_lpb.scenario.load import Scenario
@@ -74,6 +74,7 @@ def check_feasible(scenario: Scenario, flags: Iterable[str] = ()) -> None:
     entry = scenario.concrete
     robot = robot_from(entry["robot"])
     obstacles = _listed_obstacles(scenario, parts)
+    _check_loads(scenario, robot, obstacles)
     faults = []
     if "start" not in parts:
         fault = start_fault(robot, entry["start"]["q"], obstacles)
@@ -86,6 +87,15 @@ def check_feasible(scenario: Scenario, flags: Iterable[str] = ()) -> None:
             faults.append(f"{scenario.place(('goal',))}: goal: {fault}")
     if faults:
         raise ScenarioError(*faults)
+
+
+def _check_loads(scenario: Scenario, robot: Robot, obstacles: Sequence[Obstacle]) -> None:
+    """Check that robot and obstacles can be put into a world. Raises ScenarioError with the place of what cannot."""
+    for key, present in (("robot", ()), ("obstacles", obstacles)):
+        try:
+            robot.collision_space(present).close()
+        except ScenarioError as error:
+            raise ScenarioError(f"{scenario.place((key,))}: {key}: {error}") from None
 
 
 def _listed_obstacles(scenario: Scenario, parts: Sequence[str]) -> list[Obstacle]:

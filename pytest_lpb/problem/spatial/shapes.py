@@ -14,6 +14,7 @@ from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial.client import Client, pybullet
 
 HULL_MARGIN_M = 0.001  # [m] Bullet's margin around boxes, cylinders and convex hulls
@@ -105,7 +106,13 @@ def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
 def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
     """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it."""
     shape = BULLET_SHAPES[entry["shape"]](entry)
-    collision = client.call("createCollisionShape", **shape.keywords)
+    try:
+        collision = client.call("createCollisionShape", **shape.keywords)
+    except pybullet.error:
+        raise ScenarioError(
+            f"obstacle {entry['name']!r}: PyBullet cannot read {entry.get('file', entry['shape'])}; "
+            "meshes are .obj, .stl or .dae files of triangles"
+        ) from None
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)
     radius = shape.radius
     if radius is None:

@@ -21,6 +21,7 @@ MAX_URDF_BYTES = 10_000_000
 MAX_MESH_BYTES = 100_000_000
 MAX_ELEMENTS = 100_000
 MAX_LINKS = 2_000
+MAX_LENGTH_M = 1e4
 
 # What roslaunch would replace: the default of an environment variable.
 OPTENV = re.compile(r"\$\(optenv\s+\S+\s*(.*)\)")
@@ -184,8 +185,10 @@ class _Reader:
         size = tuple(
             value for key, default, count in _SIZES[shape.tag] for value in self._numbers(shape, key, default, count)
         )
-        if shape.tag != "mesh" and not all(value > 0.0 for value in size):
-            raise self._fault(shape, f"found the size {list(size)}; lengths above 0 m are required")
+        if shape.tag != "mesh" and not all(0.0 < value <= MAX_LENGTH_M for value in size):
+            raise self._fault(
+                shape, f"found the size {list(size)}; lengths above 0 m and up to {MAX_LENGTH_M:g} m are required"
+            )
         file = self._mesh(shape) if shape.tag == "mesh" else None
         return Geometry(shape.tag, size, self._origin(element), file, self._material(element.find("material")))
 
@@ -274,6 +277,10 @@ class _Reader:
         origin = element.find("origin")
         if origin is not None:
             pose[:3, 3] = self._numbers(origin, "xyz", (0.0, 0.0, 0.0), 3)
+            if np.abs(pose[:3, 3]).max() > MAX_LENGTH_M:
+                raise self._fault(
+                    origin, f"found {pose[:3, 3].tolist()} m; allowed are numbers within ±{MAX_LENGTH_M:g}"
+                )
             pose[:3, :3] = matrix_of_rpy(*self._numbers(origin, "rpy", (0.0, 0.0, 0.0), 3))
         pose.flags.writeable = False
         return pose

@@ -114,13 +114,17 @@ class World:
         self.reach = reach_of_joints(robot, self.bodies)
 
     def _check_bodies(self) -> None:
-        """PyBullet loads a robot with a mesh that it cannot read, without it. Raises ScenarioError then."""
-        for body in self.bodies:
-            if not self.client.call("getCollisionShapeData", self.robot, body.link):
-                self.client.close()
-                raise ScenarioError(
-                    f"PyBullet cannot read the collision mesh of link {body.name!r}; allowed are .obj, .stl and .dae"
-                )
+        """PyBullet loads a robot with a mesh that it cannot read, as a point. Raises ScenarioError then."""
+        shapes = {link.name: link.collisions[0] for link in self._model.links if link.collisions}
+        for body, shape in zip(self.bodies, shapes.values(), strict=True):
+            present = self.client.call("getCollisionShapeData", self.robot, body.link)
+            if present and (shape.file is None or self.client.call("getMeshData", self.robot, body.link)[0]):
+                continue
+            self.client.close()
+            raise ScenarioError(
+                f"PyBullet cannot read {shape.file or shape.kind}, the collision geometry of link {body.name!r}; "
+                "meshes are .obj, .stl or .dae files of triangles"
+            )
 
     def set_q(self, q: Sequence[float]) -> None:
         """Put the robot's joints into positions (dof,), at rest."""

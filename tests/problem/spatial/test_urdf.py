@@ -120,7 +120,7 @@ def test_meshes_are_found_in_packages_and_beside_the_file(mesh: str, tmp_path: P
             'radius="thin"',
             "arm.urdf:8: <cylinder> radius: found 'thin'; 1 finite numbers are required",
         ),
-        ('radius="0.05"', 'radius="-1"', "arm.urdf:8: found the size [-1.0, 0.4]; lengths above 0 m are required"),
+        ('radius="0.05"', 'radius="-1"', "arm.urdf:8: found the size [-1.0, 0.4]; lengths above 0 m and up to 10000 m are required"),
         ('radius="0.05"', 'radius="nan"', "arm.urdf:8: <cylinder> radius: found 'nan'"),
         ("<cylinder", "<cone", "arm.urdf:8: found <cone>; allowed: box, capsule, cylinder, mesh, sphere"),
         ('name="upper"', 'name="foot"', "arm.urdf:8: <link> 'foot' is there twice; names are unique"),
