@@ -9,6 +9,7 @@ import numpy as np
 
 from pytest_lpb.environment.bullet_dynamics import DynamicMotion
 from pytest_lpb.environment.limits import check_measure
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.spatial.clearance import CONTACT_SLACK_M, SpatialCollision
@@ -84,7 +85,11 @@ class BulletEngine:
         self._world = World(robot) if problem.dynamics else borrow_world(robot)
         self._motion: Motion = (DynamicMotion if problem.dynamics else KinematicMotion)(problem, robot, self._world)
         self.frames = LinkFrames(self._world)
-        self._world.set_obstacles(problem.obstacles)
+        try:
+            self._world.set_obstacles(problem.obstacles)
+        except ScenarioError:
+            self._world.close()
+            raise
         self._collision = SpatialCollision(robot, self._world, [obstacle.name for obstacle in problem.obstacles])
         self._positions = np.full((len(problem.obstacles), 3), inf)
         self._orientations = np.zeros((len(problem.obstacles), 4))

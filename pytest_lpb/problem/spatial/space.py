@@ -33,7 +33,11 @@ class SpatialSpace(ClosedAtTheEnd):
         self._obstacles = list(obstacles)
         robot.self_collision_pairs  # noqa: B018 - the first time this needs the world itself
         self._world: World | None = borrow_world(robot)
-        self._arrange(self._obstacles)
+        try:
+            self._arrange(self._obstacles)
+        except LpbError:
+            self.world.close()  # whatever is in it, nobody else should have it
+            raise
 
     @property
     def world(self) -> World:
