@@ -263,7 +263,7 @@ def test_environment(text: str, message: str) -> None:
         ("{shape: sphere, radius: 1, position: [3, 3, 3], orientation: {axis: [0, 0, 1], angel: 1, angle: 1}}", ".orientation.angel: unknown key; did you mean 'angle'?; allowed: angle, axis"),
         ("{shape: sphere, radius: 1, position: [3, 3, 3], orientation: {axis: [0, 0, 1], angle: t +}}", ".orientation.angle: 't +' is no expression in t (invalid syntax); allowed: numbers, t, pi, + - * / **, and the functions sin cos tan exp sqrt abs"),
         ("{shape: mesh, file: no.obj, position: [3, 3, 3]}", ".file: there is no file {here}/no.obj"),
-        ("{shape: mesh, file: rock.txt, position: [3, 3, 3]}", ".file: found 'rock.txt'; allowed are files .dae, .obj, .stl"),
+        ("{shape: mesh, file: rock.txt, position: [3, 3, 3]}", ".file: found 'rock.txt'; allowed are files .obj, .stl"),
         ("{shape: mesh, file: rock.obj, scale: 0, position: [3, 3, 3]}", ".scale: found 0; allowed: greater than 0"),
         ("{shape: mesh, file: rock.obj, concave: 1, position: [3, 3, 3]}", ".concave: found 1; true or false is required"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
 from functools import lru_cache
 from math import hypot
@@ -13,7 +14,8 @@ from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
-from pytest_lpb.problem.spatial.urdf import Geometry
+from pytest_lpb.problem.spatial.urdf import Geometry, Link, UrdfModel
+from pytest_lpb.problem.spatial.urdf_writer import urdf_text
 
 MAX_POINTS_PER_EDGE = 50
 
@@ -28,15 +30,19 @@ def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _size: int) -> FloatArray:
-    client = Client()
-    try:
-        shape = client.call("createCollisionShape", pybullet.GEOM_MESH, fileName=str(path), meshScale=list(scale))
-        body = client.call("createMultiBody", 0, shape)
-        vertices = np.array(client.call("getMeshData", body, -1)[1], dtype=float).reshape(-1, 3)
-    except pybullet.error:
-        vertices = np.zeros((0, 3))
-    finally:
-        client.close()
+    # As a robot's link: PyBullet reads more kinds of files for robots than for bodies made by hand.
+    link = Link("mesh", (Geometry("mesh", scale, file=path),))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "mesh.urdf"
+        file.write_text(urdf_text(UrdfModel("mesh", (link,), ())), encoding="utf-8")
+        client = Client()
+        try:
+            body = client.call("loadURDF", str(file), useFixedBase=True, flags=pybullet.URDF_IGNORE_VISUAL_SHAPES)
+            vertices = np.array(client.call("getMeshData", body, -1)[1], dtype=float).reshape(-1, 3)
+        except pybullet.error:
+            vertices = np.zeros((0, 3))
+        finally:
+            client.close()
     if not len(vertices):
         raise ScenarioError(f"{path}: PyBullet cannot read this mesh; allowed are .obj, .stl and .dae files")
     vertices.flags.writeable = False

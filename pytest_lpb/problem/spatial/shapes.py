@@ -26,20 +26,18 @@ class BulletShape:
 
     Attributes:
         keywords: of `createCollisionShape`, with the margin.
-        visual: of `createVisualShape`, in true size.
         margin: [m] to add to distances.
         radius: [m] of a ball around the shape's origin that holds it; None: to be asked of PyBullet.
     """
 
     keywords: Mapping[str, Any]
-    visual: Mapping[str, Any]
     margin: float
     radius: float | None
 
 
 def _sphere(entry: Mapping[str, Any]) -> BulletShape:
     keywords = {"shapeType": pybullet.GEOM_SPHERE, "radius": entry["radius"]}
-    return BulletShape(keywords, keywords, 0.0, entry["radius"])
+    return BulletShape(keywords, 0.0, entry["radius"])
 
 
 def _box(entry: Mapping[str, Any]) -> BulletShape:
@@ -47,22 +45,20 @@ def _box(entry: Mapping[str, Any]) -> BulletShape:
     grown = [length + HULL_MARGIN_M for length in half]
     kind = {"shapeType": pybullet.GEOM_BOX}
     radius = sqrt(sum(length * length for length in half))
-    return BulletShape(kind | {"halfExtents": grown}, kind | {"halfExtents": half}, HULL_MARGIN_M, radius)
+    return BulletShape(kind | {"halfExtents": grown}, HULL_MARGIN_M, radius)
 
 
 def _cylinder(entry: Mapping[str, Any]) -> BulletShape:
     radius, length = entry["radius"], entry["length"]
     kind = {"shapeType": pybullet.GEOM_CYLINDER}
     grown = {"radius": radius + HULL_MARGIN_M, "height": length + 2.0 * HULL_MARGIN_M}
-    return BulletShape(
-        kind | grown, kind | {"radius": radius, "length": length}, HULL_MARGIN_M, hypot(radius, 0.5 * length)
-    )
+    return BulletShape(kind | grown, HULL_MARGIN_M, hypot(radius, 0.5 * length))
 
 
 def _capsule(entry: Mapping[str, Any]) -> BulletShape:
     radius, length = entry["radius"], entry["length"]
     kind = {"shapeType": pybullet.GEOM_CAPSULE, "radius": radius}
-    return BulletShape(kind | {"height": length}, kind | {"length": length}, 0.0, radius + 0.5 * length)
+    return BulletShape(kind | {"height": length}, 0.0, radius + 0.5 * length)
 
 
 def _mesh(entry: Mapping[str, Any]) -> BulletShape:
@@ -73,7 +69,7 @@ def _mesh(entry: Mapping[str, Any]) -> BulletShape:
         "meshScale": [entry.get("scale", 1.0)] * 3,
     }
     flags = {"flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH} if concave else {}
-    return BulletShape(keywords | flags, keywords, 0.0 if concave else HULL_MARGIN_M, None)
+    return BulletShape(keywords | flags, 0.0 if concave else HULL_MARGIN_M, None)
 
 
 # A new shape of obstacles in space is one entry here (and its class in the schema).
@@ -111,7 +107,7 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
     except pybullet.error:
         raise ScenarioError(
             f"obstacle {entry['name']!r}: PyBullet cannot read {entry.get('file', entry['shape'])}; "
-            "meshes are .obj, .stl or .dae files of triangles"
+            "meshes are .obj or .stl files of triangles"
         ) from None
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)
     radius = shape.radius

@@ -13,7 +13,7 @@ from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Mesh, Obstacle
 
 DRAWN_NAME = re.compile(r"drawn[0-9]+")
-MESH_SUFFIXES = (".obj", ".stl", ".dae")
+MESH_SUFFIXES = (".obj", ".stl")  # PyBullet reads .dae files for robots only
 MAX_MESH_BYTES = 100_000_000
 
 

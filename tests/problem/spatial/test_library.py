@@ -155,3 +155,14 @@ def test_points_on_a_concave_mesh_lie_on_it_and_close_together(tmp_path: Path) -
 def test_a_mesh_that_pybullet_cannot_read(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="PyBullet cannot read this mesh"):
         mesh_vertices(written(tmp_path, "nothing", "a.obj"), (1.0, 1.0, 1.0))
+
+
+def test_every_mesh_of_a_known_robot_gives_a_capsule() -> None:
+    for name in ("panda", "kinova"):
+        try:
+            model = load_urdf(library_robot(name).path)
+        except MissingRobotsError as error:
+            pytest.skip(str(error))
+        for link in model.links:
+            for shape in link.collisions:
+                assert capsule_of(shape)[6] > 0.0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial.client import Client, pybullet
@@ -120,7 +121,11 @@ def test_meshes_are_found_in_packages_and_beside_the_file(mesh: str, tmp_path: P
             'radius="thin"',
             "arm.urdf:8: <cylinder> radius: found 'thin'; 1 finite numbers are required",
         ),
-        ('radius="0.05"', 'radius="-1"', "arm.urdf:8: found the size [-1.0, 0.4]; lengths above 0 m and up to 10000 m are required"),
+        (
+            'radius="0.05"',
+            'radius="-1"',
+            "arm.urdf:8: found the size [-1.0, 0.4]; lengths above 0 m and up to 10000 m are required",
+        ),
         ('radius="0.05"', 'radius="nan"', "arm.urdf:8: <cylinder> radius: found 'nan'"),
         ("<cylinder", "<cone", "arm.urdf:8: found <cone>; allowed: box, capsule, cylinder, mesh, sphere"),
         ('name="upper"', 'name="foot"', "arm.urdf:8: <link> 'foot' is there twice; names are unique"),
@@ -203,11 +208,11 @@ def test_pybullet_has_the_frames_of_what_is_written(model: UrdfModel, tmp_path: 
     client.close()
 
 
-def base_offset(client: Client, body: int) -> np.ndarray:  # type: ignore[type-arg] # of floats
+def base_offset(client: Client, body: int) -> NDArray[np.float64]:
     """Where PyBullet has the root link's frame: it places the centre of mass at the origin's offset."""
     position, _ = client.call("getBasePositionAndOrientation", body)
     local = client.call("getDynamicsInfo", body, -1)[3]
-    offset: np.ndarray = np.array(position) - np.array(local)  # type: ignore[type-arg] # of floats
+    offset: NDArray[np.float64] = np.subtract(position, local)
     return offset
 
 
