@@ -22,7 +22,7 @@ def sub_goal(entry: Entry, robot: Entry = ARM) -> SubGoal:
 
 def error(goal: SubGoal, q: list[float], t: float = 0.0) -> float:
     target = goal.motion.evaluate(np.array([t]))[0][0].tolist()
-    return goal.distance(goal.value(q, goal.robot.frames(q)), target)  # type: ignore[attr-defined] # planar
+    return goal.distance(goal.value(q, goal.robot.frames(q)), target)
 
 
 def position(link: str = "end", **keys: Any) -> SubGoal:
