@@ -6,14 +6,17 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 
+from pytest_lpb.problem.robot import robot_from
 from pytest_lpb.scenario.draw import check_feasible, draw_problem
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.scenario.schema.robot import Robot
-from pytest_lpb.scenario.spatial import SpatialDescription
+from pytest_lpb.scenario.spatial import SpatialDescription, spatial_models
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -82,7 +85,8 @@ def test_kinematics_of_the_page_on_robots(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.chdir(ROOT)
     found: dict[str, object] = {}
     exec(blocks("docs/robots.md", "python")[0], found)
-    assert found["pose"][2, 3] > 0.0  # type: ignore[index] # an array
+    pose: Any = found["pose"]
+    np.testing.assert_allclose(np.array(found["value"])[:, 0], pose[:3, 3], atol=1e-12)
 
 
 def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
@@ -92,4 +96,36 @@ def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
     check_feasible(scenario)
     assert len(draw_problem(scenario, 0, ("obstacles",)).obstacles) > 3
     mobile = yaml.safe_load(blocks("docs/robots.md", "yaml")[1])
-    assert SpatialDescription(Robot.model_validate(mobile["robot"])).structure.actions[:2] == ("v", "w")
+    description = SpatialDescription(Robot.model_validate(mobile["robot"]))
+    assert description.structure.actions[:2] == ("v", "w")
+    robot = robot_from(description.entry)
+    assert robot.action_map(np.zeros(robot.dof)).shape == (10, 9)  # as the page says
+
+
+def test_robots_that_are_named_are_those_there_are() -> None:
+    for page in ("README.md", "docs/robots.md"):
+        rows = [line for line in (ROOT / page).read_text("utf-8").splitlines() if line.startswith("|")]
+        named = {name for line in rows for name in re.findall(r"`(\w+)`", line)}
+        assert set(spatial_models()) <= named, page
+
+
+def test_each_page_is_found_from_the_readme() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    assert {f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")} <= set(
+        re.findall(r"\((docs/\w+\.md)\)", text)
+    )
+
+
+def anchors(page: Path) -> set[str]:
+    """Of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", ["README.md", *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))])
+def test_links_lead_somewhere(page: str) -> None:
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", (ROOT / page).read_text("utf-8")):
+        name, _, anchor = target.partition("#")
+        linked = (ROOT / page).parent / name if name else ROOT / page
+        assert linked.is_file(), target
+        assert not anchor or anchor in anchors(linked), target
