@@ -169,3 +169,38 @@ def test_whether_it_moves() -> None:
 def test_survives_pickling() -> None:
     expression = parse_expression("sin(t)**2")
     assert pickle.loads(pickle.dumps(expression)) == expression
+
+
+@pytest.mark.parametrize(
+    ("variables", "kind"),
+    [
+        (("x",), "expression in x"),
+        (("x", "xdot"), "expression in x and xdot"),
+        (("x", "y", "z"), "expression in x, y and z"),
+        ((), "expression in numbers"),
+    ],
+)
+def test_messages_name_the_variables(variables: tuple[str, ...], kind: str) -> None:
+    allowed = ", ".join(("numbers", *variables, "pi", "+ - * / **", "and the functions sin log"))
+    with pytest.raises(ScenarioError) as caught:
+        parse_expression("2x", variables, ("sin", "log"))
+    assert str(caught.value) == f"'2x' is no {kind} (invalid decimal literal); allowed: {allowed}"
+
+
+def test_programs_in_other_variables() -> None:
+    expression = parse_expression("-x**2 / log(xdot)", ("x", "xdot"), ("log",))
+    assert expression.program == ("x", 2.0, "power_constant", "negative", "xdot", "log", "divide")
+    assert expression.moving
+    assert not parse_expression("log(2)", ("x",), ("log",)).moving
+    assert parse_expression("2**xdot", ("x", "xdot")).program == (2.0, "xdot", "power")
+
+
+@pytest.mark.parametrize("name", ["add", "power_constant", "negative", "sin", "pi", "lambda", "True", "", "x y", "2"])
+def test_variables_that_programs_would_confuse(name: str) -> None:
+    with pytest.raises(ValueError, match="cannot name a variable"):
+        parse_expression("1", ("x", name))
+
+
+def test_functions_that_programs_would_confuse() -> None:
+    with pytest.raises(ValueError, match="'add' cannot name a function"):
+        parse_expression("1", ("x",), ("sin", "add"))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pytest_lpb.problem.planar.robot import Frame, PlanarRobot, integrate_holonomic
+from pytest_lpb.problem.planar.robot import Frame, PlanarRobot, Scalar, integrate_holonomic
 from pytest_lpb.problem.robot import CollisionBody, FloatArray
 
 
@@ -39,7 +39,7 @@ class PlanarArm(PlanarRobot):
     def _adjacent(self, first: str, second: str) -> bool:
         return abs(self.link_index(first) - self.link_index(second)) <= 1
 
-    def frames(self, q: Sequence[float]) -> list[Frame]:
+    def frames(self, q: Sequence[Any], cos: Scalar = cos, sin: Scalar = sin) -> list[Frame]:
         """Frames of base, link1.., end; a link's frame lies at its joint, x along the link."""
         frames = [(0.0, 0.0, 1.0, 0.0)]
         x = y = angle = 0.0

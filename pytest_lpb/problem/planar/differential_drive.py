@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
+from pytest_lpb.problem.planar.robot import Frame, PlanarRobot, Scalar
 from pytest_lpb.problem.robot import CollisionBody, FloatArray
 
 # Gauss-Legendre nodes: exact to rounding while the heading changes by at most MAX_TURN within a piece.
@@ -46,7 +46,7 @@ class DifferentialDrive(PlanarRobot):
     def _adjacent(self, first: str, second: str) -> bool:
         return first == second
 
-    def frames(self, q: Sequence[float]) -> list[Frame]:
+    def frames(self, q: Sequence[Any], cos: Scalar = cos, sin: Scalar = sin) -> list[Frame]:
         """The base's frame, x forward."""
         return [(q[0], q[1], cos(q[2]), sin(q[2]))]
 

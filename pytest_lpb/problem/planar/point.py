@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import cos, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pytest_lpb.problem.planar.robot import Frame, PlanarRobot, integrate_holonomic
+from pytest_lpb.problem.planar.robot import Frame, PlanarRobot, Scalar, integrate_holonomic
 from pytest_lpb.problem.robot import CollisionBody, FloatArray
 
 
@@ -26,7 +28,7 @@ class Point(PlanarRobot):
     def _adjacent(self, first: str, second: str) -> bool:
         return first == second
 
-    def frames(self, q: Sequence[float]) -> list[Frame]:
+    def frames(self, q: Sequence[Any], cos: Scalar = cos, sin: Scalar = sin) -> list[Frame]:  # noqa: ARG002 - it does not turn
         """The body's frame; it does not turn."""
         return [(q[0], q[1], 1.0, 0.0)]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable, Sequence
+from math import cos, sin
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pytest_lpb.problem.obstacle import Obstacle
 
 Frame = tuple[float, float, float, float]  # x [m], y [m], cos and sin of the angle, in the world
+Scalar = Callable[[Any], Any]  # a function of a number, or of a symbol
 
 
 class PlanarRobot(Robot):
@@ -24,8 +26,8 @@ class PlanarRobot(Robot):
     dimension: ClassVar[int] = 2
 
     @abstractmethod
-    def frames(self, q: Sequence[float]) -> list[Frame]:
-        """Frames of all links at q, in the order of `link_names`."""
+    def frames(self, q: Sequence[Any], cos: Scalar = cos, sin: Scalar = sin) -> list[Frame]:
+        """Frames of all links at q, in the order of `link_names`; symbolic q come with symbolic functions."""
 
     def joint_velocity(self, q: Sequence[float], u: list[float]) -> list[float]:  # noqa: ARG002
         """qd at q under the actuated velocity u."""

@@ -1,0 +1,120 @@
+"""Fills a composed fabric's arguments from observations: arrays in, no objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
+from pytest_lpb.planner.fabrics.layout import FAR_M, Slot
+from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
+
+KEYS = ("obstacle_position", "obstacle_velocity", "obstacle_acceleration")
+TIMES = ("", "_velocity", "_acceleration")
+
+Fill = Callable[[Observation], None]
+
+
+def goal_fills(goals: Sequence[GoalInfo], arguments: Mapping[str, FloatArray]) -> list[Fill]:
+    """One function per number of each sub-goal that changes: value, and of moving ones velocity and acceleration."""
+    fills: list[Fill] = []
+    for place, goal in enumerate(goals):
+        for row, suffix in enumerate(TIMES if goal.moving else TIMES[:1]):
+            fills.append(_copy(f"goal_{goal.name}{suffix}", arguments[f"goal{place}"][row]))
+    return fills
+
+
+def _copy(key: str, target: FloatArray) -> Fill:
+    def fill(observation: Observation) -> None:
+        target[:] = observation[key]
+
+    return fill
+
+
+def obstacle_fills(
+    obstacles: Sequence[ObstacleInfo], arguments: Mapping[str, FloatArray], dimension: int
+) -> list[Fill]:
+    """Functions that fill in obstacles of shapes known in closed form; their sizes and presence are filled in here."""
+    fills: list[Fill] = []
+    for shape in sorted({obstacle.shape for obstacle in obstacles} - {MESH}):
+        members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == shape]
+        slot = Slot(shape, dimension)
+        numbers = arguments[f"obstacles_{shape}"]
+        numbers[:] = 0.0
+        numbers[:, slot.of_time(0)] = FAR_M
+        if slot.turn.stop - slot.turn.start == 4:
+            numbers[:, slot.turn.start] = 1.0
+        numbers[:, slot.sizes] = 1.0
+        for row, index in enumerate(members):
+            numbers[row, slot.sizes] = SHAPES[shape].sizes(obstacles[index])
+            numbers[row, slot.present] = 1.0
+        moving = any(obstacles[index].moving for index in members)
+        fills += _of_shape(slot, members, numbers, moving=moving)
+    return fills
+
+
+def _of_shape(slot: Slot, members: list[int], numbers: FloatArray, *, moving: bool) -> list[Fill]:
+    """Positions, velocities and accelerations if anything moves, orientations if they matter."""
+    whole = members == list(range(members[0], members[0] + len(members)))
+    rows: slice | list[int] = slice(members[0], members[0] + len(members)) if whole else members
+    targets = [(key, numbers[: len(members), slot.of_time(row)]) for row, key in enumerate(KEYS[: 3 if moving else 1])]
+    if slot.turn.stop > slot.turn.start:
+        turns = numbers[: len(members), slot.turn]
+        targets.append(("obstacle_orientation", turns if turns.shape[1] > 1 else turns[:, 0]))
+    return [_copy_rows(key, rows, target) for key, target in targets]
+
+
+def _copy_rows(key: str, rows: slice | list[int], target: FloatArray) -> Fill:
+    def fill(observation: Observation) -> None:
+        target[:] = observation[key][rows]
+
+    return fill
+
+
+class MeshFill:
+    """Fills in the nearest point of each mesh to each ball of the robot.
+
+    Args:
+        obstacles: all of a problem.
+        balls: centres of the robot's balls at q, (balls, 3) [m].
+        numbers: the argument, a row per mesh and ball.
+    """
+
+    SPACING_M = 0.02  # [m] between the points that stand for a mesh
+
+    def __init__(
+        self, obstacles: Sequence[ObstacleInfo], balls: Callable[[FloatArray], FloatArray], numbers: FloatArray
+    ) -> None:
+        from scipy.spatial import cKDTree  # late: few scenarios have meshes
+
+        from pytest_lpb.problem.spatial.meshes import surface_points
+
+        self._members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == MESH]
+        meshes = [obstacles[index] for index in self._members]
+        self._trees = [
+            cKDTree(surface_points(mesh.file or "", mesh.scale, self.SPACING_M, concave=mesh.concave))
+            for mesh in meshes
+        ]
+        self._balls = balls
+        self._numbers = numbers
+        self._slot = Slot(MESH, 3)
+        numbers[:] = 0.0
+        numbers[:, self._slot.of_time(0)] = FAR_M
+
+    def __call__(self, observation: Observation) -> None:
+        """Fill in the points nearest to where the robot is."""
+        from pytest_lpb.problem.spatial.rotations import matrix_of
+
+        centres = self._balls(observation["q"])
+        count = len(centres)
+        slot = self._slot
+        for row, (index, tree) in enumerate(zip(self._members, self._trees, strict=True)):
+            turn = np.array(matrix_of(observation["obstacle_orientation"][index].tolist()))
+            position = observation["obstacle_position"][index]
+            _, nearest = tree.query((centres - position) @ turn)
+            numbers = self._numbers[row * count : (row + 1) * count]
+            numbers[:, slot.of_time(0)] = tree.data[nearest] @ turn.T + position
+            numbers[:, slot.of_time(1)] = observation["obstacle_velocity"][index]
+            numbers[:, slot.of_time(2)] = observation["obstacle_acceleration"][index]
+            numbers[:, slot.present] = 1.0

@@ -1,0 +1,73 @@
+"""Parameters of the fabrics planner; the defaults are the published ones of the reference release 0.10.0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from pytest_lpb.symbolic.expressions import check_expression
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+
+# Leaves by name, for configuration files that would rather not repeat them; x, xdot as in docs/fabrics.md.
+NAMED: dict[str, str] = {
+    "none": "0",
+    "kinetic": "0.1 * xdot**2",
+    "barrier_energy": "0.1 * xdot**2 / x",
+    "approaching_energy": "0.05 * (1 - sign(xdot)) * xdot**2 / x",
+    "barrier": "-0.25 * (1 - sign(xdot)) * xdot**2 / x**5",
+    "soft_barrier": "-0.25 * (1 - sign(xdot)) * xdot**2 / x",
+    "limit_barrier": "-0.1 * xdot**2 / x",
+    "soft_norm": "5 * (x + 0.1 * log(1 + exp(-20 * x)))",
+    "near_goal_energy": "(1.7 * exp(-(0.75 * x)**2) + 0.3) * xdot**2",
+}
+
+
+def _expression(*variables: str) -> AfterValidator:
+    def check(text: str) -> str:
+        return check_expression(NAMED.get(text, text), variables)
+
+    return AfterValidator(check)
+
+
+OfMotion = Annotated[str, _expression("x", "xdot")]
+OfPlace = Annotated[str, _expression("x")]
+
+
+@dataclass(frozen=True)
+class FabricsParameters:
+    """Leaves, speed control, and what the robot is taken for. Expressions in x and xdot, or names of `NAMED`."""
+
+    base_energy: OfMotion = NAMED["kinetic"]  # of each input's velocity xdot
+    obstacle_energy: OfMotion = NAMED["barrier_energy"]
+    obstacle_geometry: OfMotion = NAMED["barrier"]
+    plane_energy: OfMotion = NAMED["barrier_energy"]
+    plane_geometry: OfMotion = NAMED["barrier"]
+    self_collision_energy: OfMotion = NAMED["barrier_energy"]
+    self_collision_geometry: OfMotion = NAMED["soft_barrier"]
+    limit_energy: OfMotion = NAMED["approaching_energy"]
+    limit_geometry: OfMotion = NAMED["limit_barrier"]
+    attractor_energy: OfMotion = NAMED["near_goal_energy"]
+    attractor_potential: OfPlace = NAMED["soft_norm"]
+    damping_near: NotNegative = 6.5  # [1/s] at the goal
+    damping_far: NotNegative = 0.01  # [1/s] everywhere
+    damping_slope: NotNegative = 0.5  # [1/m] how sharply the first becomes the second
+    damping_radius: NotNegative = 0.02  # [m or rad] distance to the goal at which half of the first is left
+    speed_weight: NotNegative = 0.45  # [s^2/m^2] how fast the forcing takes over the speed as the robot gets faster
+    speed_offset: float = 0.5  # how much it has the speed of a robot at rest
+    regularisation: Positive = 1e-6  # epsilon of inverse metrics
+    closest: Positive = 1e-3  # coordinates of barriers count as this where they are less
+    distance: Literal["relative", "metric"] = "relative"  # x of obstacles: per sum of radii, or in m
+    curvature_term: Literal["theory", "reference"] = "theory"  # sign of J' qd in geometries: +1, or -1 as the reference
+    obstacle_motion: bool = True  # whether velocities and accelerations of obstacles are seen: dynamic fabrics
+    planes: tuple[tuple[float, ...], ...] = ()  # half-spaces that are free: outward normal, offset [m]: n p >= offset
+    links: Literal["spheres", "exact"] = "spheres"  # all links by spheres; or as they are where that is known
+    sphere_excess: Positive = 0.03  # [m] that fitted spheres may reach beyond a link
+    spheres_per_shape: Annotated[int, Field(ge=1, le=64)] = 4
+    self_collision_reach: NotNegative = 0.3  # [m] pairs of bodies that never come nearer have no leaf
+    lookahead: Positive = 0.3  # [m] a non-holonomic base is steered by the point this far ahead of it
+    respect_limits: bool = False  # actions beyond the limits are shortened, not clipped entry by entry
+    compile: bool = False  # with the C compiler, cached on disk

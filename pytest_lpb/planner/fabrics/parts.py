@@ -1,0 +1,199 @@
+"""Parts of a robot whose distances to obstacles are measured: balls, segments with a radius, boxes.
+
+Every kind has a place: the numbers, functions of q, that its distances are functions of. All lengths in m.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
+from typing import Any, ClassVar
+
+import casadi
+import numpy as np
+
+from pytest_lpb.planner.fabrics import shapes
+from pytest_lpb.planner.fabrics.shapes import SHAPES, length, segment_to_point, segment_to_segment
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.symbolic.kinematics import Frames
+
+ROUND = frozenset({"circle", "sphere"})
+
+
+@dataclass(frozen=True)
+class ObstacleSymbols:
+    """Where an obstacle is: position (d, 1), rotation (d, d), the numbers of its size."""
+
+    shape: str
+    position: Any
+    turn: Any
+    size: Any
+
+
+@dataclass(frozen=True)
+class Part(ABC):
+    """A part of a robot, fixed to a link.
+
+    Attributes:
+        body: name of the collision body it is of.
+        link: name of the link.
+        radius: [m] that rounds it.
+    """
+
+    exact: ClassVar[frozenset[str]]  # shapes of obstacles to which its distance is known in closed form
+
+    body: str
+    link: str
+    radius: float
+
+    @abstractmethod
+    def place(self, frames: Frames) -> Any:
+        """What distances are functions of, (k, 1)."""
+
+    @abstractmethod
+    def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
+        """Signed distance [m] of an obstacle to the part without its radius, by the part's place."""
+
+    @abstractmethod
+    def balls(self, excess: float) -> Iterator[Ball]:
+        """Balls that hold the part, reaching at most `excess` [m] beyond it."""
+
+    @abstractmethod
+    def moved(self, offset: Sequence[float]) -> Part:
+        """The part elsewhere on its link, by an offset [m]."""
+
+    def distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
+        """Signed distance [m] to an obstacle, by the part's place."""
+        return self.core_distance(place, obstacle) - self.radius
+
+
+@dataclass(frozen=True)
+class Ball(Part):
+    """A ball; its place is its centre in the world."""
+
+    exact: ClassVar[frozenset[str]] = frozenset({*SHAPES, shapes.MESH})
+
+    centre: tuple[float, ...]  # in the link's frame [m]
+
+    def place(self, frames: Frames) -> Any:
+        """The centre."""
+        return frames.point(self.link, self.centre)
+
+    def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
+        """Of the centre to the obstacle's surface."""
+        offset = place - obstacle.position
+        if obstacle.shape == shapes.MESH:
+            return length(offset)
+        shape = SHAPES[obstacle.shape]
+        return shape.distance(obstacle.turn.T @ offset if shape.turns else offset, obstacle.size)
+
+    def balls(self, excess: float) -> Iterator[Ball]:  # noqa: ARG002
+        """Itself."""
+        yield self
+
+    def moved(self, offset: Sequence[float]) -> Ball:
+        """The ball elsewhere."""
+        return replace(self, centre=_plus(self.centre, offset))
+
+
+@dataclass(frozen=True)
+class Segment(Part):
+    """A capsule; its place is the centres of its caps, one below the other."""
+
+    exact: ClassVar[frozenset[str]] = frozenset({*ROUND, "capsule"})
+
+    start: tuple[float, ...]  # in the link's frame [m]
+    end: tuple[float, ...]
+
+    def place(self, frames: Frames) -> Any:
+        """Both cap centres."""
+        return casadi.vertcat(frames.point(self.link, self.start), frames.point(self.link, self.end))
+
+    def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
+        """Of the axis to a ball or capsule."""
+        start, end = casadi.vertsplit(place, place.numel() // 2)
+        radius = obstacle.size[0]
+        if obstacle.shape in ROUND:
+            return segment_to_point(start, end, obstacle.position) - radius
+        reach = 0.5 * obstacle.size[1] * obstacle.turn[:, 2]
+        return segment_to_segment(start, end, obstacle.position - reach, obstacle.position + reach) - radius
+
+    def balls(self, excess: float) -> Iterator[Ball]:
+        """Balls along the axis, so close that they hold the capsule."""
+        start, end = np.array(self.start), np.array(self.end)
+        spacing = 2.0 * sqrt((self.radius + excess) ** 2 - self.radius**2)
+        whole = float(np.linalg.norm(end - start))
+        count = max(1, ceil(whole / spacing - 1e-9))
+        radius = sqrt(self.radius**2 + (0.5 * whole / count) ** 2)
+        for share in np.linspace(0.0, 1.0, count + 1):
+            yield Ball(self.body, self.link, radius, tuple((start + share * (end - start)).tolist()))
+
+    def moved(self, offset: Sequence[float]) -> Segment:
+        """The capsule elsewhere."""
+        return replace(self, start=_plus(self.start, offset), end=_plus(self.end, offset))
+
+
+@dataclass(frozen=True)
+class Block(Part):
+    """A box in space; its place is its centre and its three axes, one below the other."""
+
+    exact: ClassVar[frozenset[str]] = frozenset({"sphere"})
+
+    origin: tuple[float, ...]  # pose (16,) in the link's frame, row by row
+    size: tuple[float, ...]  # full lengths [m]
+    cover: tuple[Ball, ...]
+
+    def place(self, frames: Frames) -> Any:
+        """Centre and axes."""
+        pose = np.array(self.origin).reshape(4, 4)
+        rotation = frames.of(self.link)[1] @ casadi.DM(pose[:3, :3])
+        return casadi.vertcat(frames.point(self.link, pose[:3, 3]), casadi.reshape(rotation, 9, 1))
+
+    def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
+        """Of a ball's centre to the box, less the ball's radius."""
+        local = casadi.reshape(place[3:], 3, 3).T @ (obstacle.position - place[:3])
+        return SHAPES["box"].distance(local, casadi.DM(list(self.size))) - obstacle.size[0]
+
+    def balls(self, excess: float) -> Iterator[Ball]:  # noqa: ARG002 - asked for when the cover was made
+        """The balls that were fitted to it."""
+        yield from self.cover
+
+    def moved(self, offset: Sequence[float]) -> Block:
+        """The box elsewhere."""
+        pose = np.array(self.origin).reshape(4, 4)
+        pose[:3, 3] += offset
+        return replace(
+            self, origin=tuple(pose.ravel().tolist()), cover=tuple(ball.moved(offset) for ball in self.cover)
+        )
+
+
+def part_of_capsule(body: str, link: str, capsule: Sequence[float]) -> Part:
+    """The part that a capsule of `CollisionBody` is: a ball where its ends are one."""
+    *ends, radius = capsule
+    start, end = tuple(ends[: len(ends) // 2]), tuple(ends[len(ends) // 2 :])
+    return Ball(body, link, radius, start) if start == end else Segment(body, link, radius, start, end)
+
+
+def distance_between(first: Part, second: Part, places: tuple[Any, Any]) -> Any:
+    """Distance [m] between two balls or capsules of a robot, by their places."""
+    ends = [casadi.vertsplit(place, place.numel() // _points_of(part)) for part, place in zip((first, second), places, strict=True)]
+    (one, *one_more), (other, *other_more) = ends
+    if one_more and other_more:
+        core = segment_to_segment(one, one_more[0], other, other_more[0])
+    elif one_more:
+        core = segment_to_point(one, one_more[0], other)
+    elif other_more:
+        core = segment_to_point(other, other_more[0], one)
+    else:
+        core = length(one - other)
+    return core - first.radius - second.radius
+
+
+def _points_of(part: Part) -> int:
+    return 2 if isinstance(part, Segment) else 1
+
+
+def _plus(point: tuple[float, ...], offset: Sequence[float] | FloatArray) -> tuple[float, ...]:
+    return tuple(float(x + d) for x, d in zip(point, offset, strict=True))

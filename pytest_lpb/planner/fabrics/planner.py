@@ -1,0 +1,119 @@
+"""Optimization fabrics as a planner; docs/fabrics.md has the equations and what each parameter does."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+from typing import Any, ClassVar
+
+from pytest_lpb.planner.actuation import actuation_of
+from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.fabrics.composition import Composer
+from pytest_lpb.planner.fabrics.observed import Fill, MeshFill, goal_fills, obstacle_fills
+from pytest_lpb.planner.fabrics.parameters import FabricsParameters
+from pytest_lpb.planner.fabrics.shapes import MESH
+from pytest_lpb.planner.task import check_control
+from pytest_lpb.problem.hashing import canonical_json
+from pytest_lpb.symbolic.buffered import BufferedFunction
+from pytest_lpb.symbolic.compiled import compiled
+
+CACHED = 64  # composed fabrics that are kept
+
+
+class Fabrics(Planner):
+    """Dynamic optimization fabrics (Spahn, Wisse and Alonso-Mora, arXiv:2205.08454).
+
+    Geometries of obstacles, limits and the robot's own bodies bend its path; attractors force it to the goal; a speed
+    control keeps what is left stable. The fabric is composed once per robot, goal structure and room for obstacles.
+    """
+
+    name: ClassVar[str] = "fabrics"
+    Parameters = FabricsParameters
+
+    parameters: FabricsParameters
+
+    def setup(self, problem: PlannerProblem) -> None:
+        """Compose the fabric, or take the composed one of an equal structure."""
+        check_control(self.name, problem)
+        composed = _composed_for(problem, self.parameters)
+        self._fabric = BufferedFunction(composed.function)
+        arguments = self._fabric.arguments
+        self._q, self._inputs = arguments["q"], arguments["w"]
+        self._action = self._fabric.results["action"]
+        self._actuation = actuation_of(problem.robot, problem.control, problem.period, self.parameters.lookahead)
+        self._fills: list[Fill] = goal_fills(problem.goal, arguments)
+        self._fills += obstacle_fills(problem.obstacles, arguments, problem.dimension)
+        if composed.points is not None:
+            self._fills.append(_mesh_fill(problem, composed.points, arguments))
+        # Under velocity control the action is the velocity after one period.
+        self._step = problem.period if problem.control == "velocity" else None
+
+    def compute_action(self, observation: Observation) -> FloatArray:
+        """The acceleration of u that the fabric asks for, or u after one period of it under velocity control."""
+        self._q[:] = observation["q"]
+        inputs = self._actuation.inputs(observation)
+        self._inputs[:] = inputs
+        for fill in self._fills:
+            fill(observation)
+        self._fabric.evaluate()
+        action = self._action.copy() if self._step is None else inputs + self._step * self._action
+        return self._actuation.command(action, observation)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Composed:
+    """A composed fabric; `points` gives the balls' centres where meshes ask for them."""
+
+    function: Any
+    points: Any
+
+
+class _Key:
+    """What a composed fabric depends on, equal for equal structures; carries what composing takes."""
+
+    def __init__(self, problem: PlannerProblem, parameters: FabricsParameters) -> None:
+        self.problem = problem
+        self.parameters = parameters
+        self.capacities = dict(problem.structure.shapes)
+        goals = [
+            [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]
+            for goal in problem.goal
+        ]
+        self._text = canonical_json(
+            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters)]
+        )
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._text == other._text
+
+
+def _asked(entry: Any) -> dict[str, Any]:
+    """What of a sub-goal's entry its error depends on."""
+    return {key: value for key, value in entry.items() if key not in ("name", "tolerance", "weight", "primary")}
+
+
+def _composed_for(problem: PlannerProblem, parameters: FabricsParameters) -> Composed:
+    return _composed(_Key(problem, parameters))
+
+
+@lru_cache(maxsize=CACHED)
+def _composed(key: _Key) -> Composed:
+    composer = Composer(key.problem.robot, key.problem.goal, key.capacities, key.parameters)
+    function = composer.function()
+    if key.parameters.compile:
+        function = compiled(function)
+    return Composed(function, composer.points() if MESH in key.capacities else None)
+
+
+def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any) -> MeshFill:
+    buffered = BufferedFunction(points)
+
+    def balls(q: FloatArray) -> FloatArray:
+        buffered.arguments["q"][:] = q
+        buffered()
+        return buffered.results["points"]
+
+    return MeshFill(problem.obstacles, balls, arguments[f"obstacles_{MESH}"])

@@ -1,0 +1,75 @@
+"""Which parts a robot has, for its distances to obstacles and to itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from pytest_lpb.planner.fabrics.parameters import FabricsParameters
+from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, Segment, part_of_capsule
+from pytest_lpb.problem.robot import Robot
+from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.urdf import Geometry
+
+
+def steered(robot: Robot) -> bool:
+    """Whether a robot is a base that must turn to evade: it cannot move sideways, and has no arm that could."""
+    return robot.non_holonomic and robot.n_actions == 2
+
+
+def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
+    """Parts that meet obstacles: spheres that hold the links, or, where `links` is exact, the links themselves.
+
+    A non-holonomic base without an arm cannot evade sideways, but a point ahead of it can: it has all parts again there.
+    """
+    exact = list(_PARTS[robot.dimension](robot, parameters))
+    parts = exact if parameters.links == "exact" else [ball for part in exact for ball in part.balls(parameters.sphere_excess)]
+    if steered(robot):
+        offset = (parameters.lookahead, *(0.0,) * (robot.dimension - 1))
+        parts += [part.moved(offset) for part in parts]
+    return parts
+
+
+def capsules_of(robot: Robot) -> dict[str, list[Part]]:
+    """Balls and capsules that hold each collision body, for distances between bodies."""
+    return {
+        body.name: [part_of_capsule(body.name, body.link, capsule) for capsule in body.capsules]
+        for body in robot.collision_bodies
+    }
+
+
+def _planar(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:  # noqa: ARG001
+    for parts in capsules_of(robot).values():
+        yield from parts
+
+
+def _spatial(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+    assert isinstance(robot, SpatialRobot)
+    for body in robot.body_names:
+        for shape in robot.urdf.link(body).collisions:
+            yield from _OF_GEOMETRY.get(shape.kind, _fitted)(body, shape, parameters)
+
+
+def _of_round(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Part]:  # noqa: ARG001
+    from pytest_lpb.problem.spatial.meshes import capsule_of  # late: it needs PyBullet
+
+    yield part_of_capsule(body, body, capsule_of(shape))
+
+
+def _of_box(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Part]:
+    cover = tuple(_fitted(body, shape, parameters))
+    yield Block(body, body, 0.0, tuple(shape.origin.ravel().tolist()), shape.size, cover)
+
+
+def _fitted(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Ball]:
+    from pytest_lpb.problem.spatial.cover import covering_balls  # late: it needs PyBullet
+
+    for x, y, z, radius in covering_balls(shape, parameters.sphere_excess, parameters.spheres_per_shape):
+        yield Ball(body, body, radius, (x, y, z))
+
+
+_PARTS: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar, 3: _spatial}
+_OF_GEOMETRY: Mapping[str, Callable[[str, Geometry, FabricsParameters], Iterator[Part]]] = {
+    "sphere": _of_round,
+    "capsule": _of_round,
+    "box": _of_box,
+}

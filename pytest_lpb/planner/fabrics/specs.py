@@ -1,0 +1,72 @@
+"""Specs: second-order equations M x'' + f = 0 over a space, their sum and their pull-back.
+
+Ratliff et al., "Optimization Fabrics", arXiv:2008.02399; Spahn, Wisse and Alonso-Mora, "Dynamic Optimization Fabrics for
+Motion Generation", arXiv:2205.08454.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+
+SIGNS = {"theory": 1.0, "reference": -1.0}  # of the curvature term in a geometry's pull-back
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A map x(q, t) from the configuration to a task space of m entries, where the state is now.
+
+    With w the inputs (n,): x' = `velocity`, x'' = `jacobian` w' + `curvature` + `drift`.
+    """
+
+    value: Any  # (m, 1)
+    velocity: Any  # (m, 1), that of references included
+    jacobian: Any  # (m, n) per input
+    curvature: Any  # (m, 1): of x'' what depends on velocities
+    drift: Any  # (m, 1): of x'' what comes from accelerations of references
+
+    def rows(self, rows: slice) -> Mapped:
+        """Some of the entries."""
+        return Mapped(
+            self.value[rows],
+            self.velocity[rows],
+            self.jacobian[rows, :],
+            self.curvature[rows],
+            self.drift[rows],
+        )
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A geometry weighted by an energy, M (x'' + h) = 0 with f = M h, and the energy's own equation M x'' + f_e = 0."""
+
+    metric: Any  # M (m, m)
+    force: Any  # f (m, 1)
+    energy_force: Any  # f_e (m, 1)
+
+    @classmethod
+    def nothing(cls, size: int) -> Spec:
+        """The spec that adds nothing."""
+        return cls(casadi.SX.zeros(size, size), casadi.SX.zeros(size, 1), casadi.SX.zeros(size, 1))
+
+    def __add__(self, other: Spec) -> Spec:
+        return Spec(
+            self.metric + other.metric, self.force + other.force, self.energy_force + other.energy_force
+        )
+
+    def pulled_back(self, mapped: Mapped, sign: float) -> Spec:
+        """The spec over the inputs that this one over a task space means.
+
+        Args:
+            mapped: the map to the task space.
+            sign: of the curvature term of the geometry, one of `SIGNS`; energies have +1 always.
+        """
+        jacobian = mapped.jacobian
+        weighted = self.metric @ jacobian
+        force = self.force + self.metric @ (sign * mapped.curvature + mapped.drift)
+        energy_force = self.energy_force + self.metric @ (mapped.curvature + mapped.drift)
+        # Metrics are symmetric: half of each need not be computed.
+        metric = casadi.triu2symm(casadi.triu(jacobian.T @ weighted))
+        return Spec(metric, jacobian.T @ force, jacobian.T @ energy_force)

@@ -1,0 +1,66 @@
+"""Speed control: what damping and excitation make of a fabric's forced motion.
+
+Ratliff et al., arXiv:2008.02399, section V, as published with the reference release (docs/fabrics.md has the equations).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi
+
+from pytest_lpb.planner.fabrics.parameters import FabricsParameters
+from pytest_lpb.planner.fabrics.specs import Spec
+
+
+@dataclass(frozen=True)
+class Acceleration:
+    """The action and what it was made of, symbolic."""
+
+    action: Any  # (n, 1) acceleration of the inputs
+    damping: Any  # beta [1/s]
+    excitation: Any  # alpha_ex [1/s]
+
+
+def solve(metric: Any, right: Any, regularisation: float) -> Any:
+    """(M + epsilon I)^-1 times each column, by Cholesky's factorisation without roots."""
+    size = metric.size1()
+    diagonal, lower, order = casadi.ldl(casadi.densify(metric + regularisation * casadi.SX.eye(size)))
+    return casadi.ldl_solve(casadi.densify(right), diagonal, lower, order)
+
+
+def energised(metric: Any, force: Any, energy_force: Any, w: Any, regularisation: float) -> Any:
+    """alpha with which -h - alpha w keeps the energy of M: -w (f - f_e) / (epsilon + w M w)."""
+    power = casadi.dot(w, force - energy_force)
+    return -power / (regularisation + casadi.dot(w, metric @ w))
+
+
+def controlled(
+    geometry: Spec, forced: Spec, w: Any, target_velocity: Any, distance: Any, parameters: FabricsParameters
+) -> Acceleration:
+    """The acceleration of the inputs.
+
+    Args:
+        geometry: sum of the geometries, (M, f, f_e).
+        forced: the same with the attractors.
+        w: inputs (n, 1).
+        target_velocity: velocity of the inputs that follows moving targets, times the forced metric (n, 1).
+        distance: from the goal [m or rad].
+        parameters: damping and speed.
+    """
+    epsilon = parameters.regularisation
+    h = solve(geometry.metric, geometry.force, epsilon)
+    solved = solve(forced.metric, casadi.horzcat(forced.force, target_velocity), epsilon)
+    h_forced, follow = solved[:, 0], solved[:, 1]
+    twice = 2.0 * casadi.SX.eye(w.numel())  # metric of the execution energy, the squared speed
+    nothing = casadi.SX.zeros(w.numel(), 1)
+    alpha_geometry = energised(geometry.metric, geometry.force, geometry.energy_force, w, epsilon)
+    alpha_free = energised(twice, 2.0 * h, nothing, w, epsilon)
+    alpha_forced = energised(twice, 2.0 * h_forced, nothing, w, epsilon)
+    eta = 0.5 * (casadi.tanh(-parameters.speed_weight * casadi.sumsqr(w) - parameters.speed_offset) + 1.0)
+    excitation = eta * alpha_free + (1.0 - eta) * alpha_forced
+    near = 0.5 * (casadi.tanh(-parameters.damping_slope * (distance - parameters.damping_radius)) + 1.0)
+    damping = near * parameters.damping_near + parameters.damping_far
+    damping += casadi.fmax(0.0, alpha_geometry - excitation)
+    return Acceleration(-h_forced - (excitation + damping) * (w - follow), damping, excitation)

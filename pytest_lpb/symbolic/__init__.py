@@ -1,0 +1,1 @@
+"""What planners composed in CasADi share: functions through buffers, compiled functions, expressions."""
