@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_lpb.planner.fabrics.parts import ObstacleSymbols
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
+from pytest_lpb.planner.fabrics.shapes import SHAPES
 from pytest_lpb.symbolic.kinematics import TURNS
 
 ORIENTATION_SIZES = {2: 1, 3: 4}  # numbers of an orientation, by dimension
@@ -27,19 +27,18 @@ class Slot:
     def turn(self) -> slice:
         """Place of the orientation."""
         start = 3 * self.dimension
-        turns = self.shape != MESH and SHAPES[self.shape].turns
-        return slice(start, start + (ORIENTATION_SIZES[self.dimension] if turns else 0))
+        return slice(start, start + (ORIENTATION_SIZES[self.dimension] if SHAPES[self.shape].turns else 0))
 
     @property
     def sizes(self) -> slice:
         """Place of the size."""
         start = self.turn.stop
-        return slice(start, start + (0 if self.shape == MESH else SHAPES[self.shape].count))
+        return slice(start, start + SHAPES[self.shape].count)
 
     @property
     def present(self) -> int:
         """Place of the presence: 1, or 0 where there is no obstacle."""
-        return self.sizes.stop
+        return int(self.sizes.stop)
 
     @property
     def length(self) -> int:
@@ -53,5 +52,4 @@ class Slot:
     def symbols(self, numbers: Any) -> ObstacleSymbols:
         """An obstacle as the symbols (length, 1) say."""
         turn = TURNS[self.dimension](numbers[self.turn]) if self.turn.stop > self.turn.start else None
-        return ObstacleSymbols(self.shape, numbers[self.of_time(0)], turn, numbers[self.sizes])
-
+        return ObstacleSymbols(self.shape, turn, numbers[self.sizes])

@@ -9,6 +9,7 @@ from typing import Any
 
 import casadi
 
+from pytest_lpb.planner.fabrics.parameters import named
 from pytest_lpb.planner.fabrics.shapes import length
 from pytest_lpb.planner.fabrics.specs import Mapped, Spec
 from pytest_lpb.symbolic.expressions import casadi_expression
@@ -28,10 +29,11 @@ class ScalarLeaf:
     def __init__(self, energy: str, geometry: str, closest: float) -> None:
         x, xdot = casadi.SX.sym("x"), casadi.SX.sym("xdot")
         symbols = {"x": x, "xdot": xdot}
-        lagrangian, h = casadi_expression(energy, symbols), casadi_expression(geometry, symbols)
+        lagrangian, h = casadi_expression(named(energy), symbols), casadi_expression(named(geometry), symbols)
         momentum = casadi.gradient(lagrangian, xdot)
         metric = casadi.gradient(momentum, xdot)
         energy_force = casadi.gradient(momentum, x) * xdot - casadi.gradient(lagrangian, x)
+        self.idle = bool(h.is_zero())  # whether it bends nothing
         self._closest = closest
         self._function = casadi.Function("leaf", [x, xdot], [metric, metric * h, energy_force], {"cse": True})
 
@@ -53,8 +55,8 @@ class Attractor:
 
     def __init__(self, energy: str, potential: str) -> None:
         x, xdot = casadi.SX.sym("x"), casadi.SX.sym("xdot")
-        lagrangian = casadi_expression(energy, {"x": x, "xdot": xdot})
-        slope = casadi.gradient(casadi_expression(potential, {"x": x}), x)
+        lagrangian = casadi_expression(named(energy), {"x": x, "xdot": xdot})
+        slope = casadi.gradient(casadi_expression(named(potential), {"x": x}), x)
         metric = casadi.gradient(casadi.gradient(lagrangian, xdot), xdot)
         self._function = casadi.Function("attractor", [x, xdot], [metric, slope], {"cse": True})
 

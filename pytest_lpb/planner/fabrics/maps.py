@@ -20,18 +20,12 @@ class Reference:
     velocity: Any
     acceleration: Any
 
-    @classmethod
-    def none(cls) -> Reference:
-        """Nothing."""
-        empty = casadi.SX(0, 1)
-        return cls(empty, empty, empty)
-
 
 class State:
     """The symbolic state of a robot: q (dof,), inputs w (n,), with qd = B(q) w.
 
-    For non-holonomic bases this is what non-holonomic fabrics are: every Jacobian is multiplied by B, and B' w is part of
-    the curvature term (Spahn et al., arXiv:2205.08454, section V).
+    For non-holonomic bases this is what non-holonomic fabrics are: every Jacobian is multiplied by B, and B' w is part
+    of the curvature term (Spahn et al., arXiv:2205.08454, section V).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -49,11 +43,11 @@ class State:
 
     def mapped(self, value: Any, reference: Reference | None = None) -> Mapped:
         """A map of q, (m, 1), differentiated; `reference` is what moves besides the robot."""
-        mapped = derivatives(value, (self.q, self.qd), reference or Reference.none())
+        mapped = derivatives(value, (self.q, self.qd), reference)
         return replace(mapped, jacobian=mapped.jacobian @ self._columns)
 
 
-def derivatives(value: Any, moving: tuple[Any, Any], reference: Reference) -> Mapped:
+def derivatives(value: Any, moving: tuple[Any, Any], reference: Reference | None = None) -> Mapped:
     """A map, differentiated: an expression (m, 1) in symbols whose velocities are given, and in a reference's value.
 
     Args:
@@ -64,12 +58,10 @@ def derivatives(value: Any, moving: tuple[Any, Any], reference: Reference) -> Ma
 
     def rate(expression: Any) -> Any:
         own = casadi.jtimes(expression, *moving)
-        if not reference.value.numel():
-            return own
-        return own + casadi.jtimes(expression, reference.value, reference.velocity)
+        return own if reference is None else own + casadi.jtimes(expression, reference.value, reference.velocity)
 
     velocity = rate(value)
     drift = casadi.SX.zeros(value.numel(), 1)
-    if reference.value.numel():
+    if reference is not None:
         drift = casadi.jtimes(value, reference.value, reference.acceleration)
     return Mapped(value, velocity, casadi.jacobian(value, moving[0]), rate(velocity), drift)

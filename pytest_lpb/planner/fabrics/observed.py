@@ -40,7 +40,7 @@ def obstacle_fills(
     for shape in sorted({obstacle.shape for obstacle in obstacles} - {MESH}):
         members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == shape]
         slot = Slot(shape, dimension)
-        numbers = arguments[f"obstacles_{shape}"]
+        numbers = arguments[f"obstacles_{shape}"].reshape(-1, slot.length)  # one slot alone is no matrix
         numbers[:] = 0.0
         numbers[:, slot.of_time(0)] = FAR_M
         if slot.turn.stop - slot.turn.start == 4:
@@ -97,10 +97,10 @@ class MeshFill:
             for mesh in meshes
         ]
         self._balls = balls
-        self._numbers = numbers
         self._slot = Slot(MESH, 3)
-        numbers[:] = 0.0
-        numbers[:, self._slot.of_time(0)] = FAR_M
+        self._numbers = numbers.reshape(-1, self._slot.length)
+        self._numbers[:] = 0.0
+        self._numbers[:, self._slot.of_time(0)] = FAR_M
 
     def __call__(self, observation: Observation) -> None:
         """Fill in the points nearest to where the robot is."""

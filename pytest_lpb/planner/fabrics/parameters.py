@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from pytest_lpb.planner.base import Planner
 from pytest_lpb.symbolic.expressions import check_expression
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -26,9 +27,15 @@ NAMED: dict[str, str] = {
 }
 
 
+def named(text: str) -> str:
+    """The expression that a name of `NAMED` stands for, or the text itself."""
+    return NAMED.get(text, text)
+
+
 def _expression(*variables: str) -> AfterValidator:
     def check(text: str) -> str:
-        return check_expression(NAMED.get(text, text), variables)
+        check_expression(named(text), variables)
+        return text
 
     return AfterValidator(check)
 
@@ -38,7 +45,7 @@ OfPlace = Annotated[str, _expression("x")]
 
 
 @dataclass(frozen=True)
-class FabricsParameters:
+class FabricsParameters(Planner.Parameters):
     """Leaves, speed control, and what the robot is taken for. Expressions in x and xdot, or names of `NAMED`."""
 
     base_energy: OfMotion = NAMED["kinetic"]  # of each input's velocity xdot
@@ -69,5 +76,6 @@ class FabricsParameters:
     spheres_per_shape: Annotated[int, Field(ge=1, le=64)] = 4
     self_collision_reach: NotNegative = 0.3  # [m] pairs of bodies that never come nearer have no leaf
     lookahead: Positive = 0.3  # [m] a non-holonomic base is steered by the point this far ahead of it
-    respect_limits: bool = False  # actions beyond the limits are shortened, not clipped entry by entry
+    respect_limits: bool = False  # actions beyond the robot's acceleration limits are shortened, not clipped by entry
+    largest_acceleration: Positive | None = None  # [m/s^2 or rad/s^2] longer actions are shortened; null: no limit
     compile: bool = False  # with the C compiler, cached on disk

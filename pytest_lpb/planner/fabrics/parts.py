@@ -14,8 +14,7 @@ from typing import Any, ClassVar
 import casadi
 import numpy as np
 
-from pytest_lpb.planner.fabrics import shapes
-from pytest_lpb.planner.fabrics.shapes import SHAPES, length, segment_to_point, segment_to_segment
+from pytest_lpb.planner.fabrics.shapes import SHAPES, segment_distance
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.symbolic.kinematics import Frames
 
@@ -24,10 +23,9 @@ ROUND = frozenset({"circle", "sphere"})
 
 @dataclass(frozen=True)
 class ObstacleSymbols:
-    """Where an obstacle is: position (d, 1), rotation (d, d), the numbers of its size."""
+    """An obstacle at the origin: rotation (d, d), the numbers of its size."""
 
     shape: str
-    position: Any
     turn: Any
     size: Any
 
@@ -53,8 +51,12 @@ class Part(ABC):
         """What distances are functions of, (k, 1)."""
 
     @abstractmethod
+    def shift(self, offset: Any) -> Any:
+        """How the place changes, (k, 1), when the part moves by an offset (d, 1) [m]."""
+
+    @abstractmethod
     def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
-        """Signed distance [m] of an obstacle to the part without its radius, by the part's place."""
+        """Signed distance [m] of an obstacle to the part without its radius, by the part's place from the obstacle."""
 
     @abstractmethod
     def balls(self, excess: float) -> Iterator[Ball]:
@@ -65,7 +67,7 @@ class Part(ABC):
         """The part elsewhere on its link, by an offset [m]."""
 
     def distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
-        """Signed distance [m] to an obstacle, by the part's place."""
+        """Signed distance [m] to an obstacle, by the part's place from the obstacle."""
         return self.core_distance(place, obstacle) - self.radius
 
 
@@ -73,7 +75,7 @@ class Part(ABC):
 class Ball(Part):
     """A ball; its place is its centre in the world."""
 
-    exact: ClassVar[frozenset[str]] = frozenset({*SHAPES, shapes.MESH})
+    exact: ClassVar[frozenset[str]] = frozenset(SHAPES)
 
     centre: tuple[float, ...]  # in the link's frame [m]
 
@@ -81,13 +83,14 @@ class Ball(Part):
         """The centre."""
         return frames.point(self.link, self.centre)
 
+    def shift(self, offset: Any) -> Any:
+        """The offset."""
+        return offset
+
     def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
         """Of the centre to the obstacle's surface."""
-        offset = place - obstacle.position
-        if obstacle.shape == shapes.MESH:
-            return length(offset)
         shape = SHAPES[obstacle.shape]
-        return shape.distance(obstacle.turn.T @ offset if shape.turns else offset, obstacle.size)
+        return shape.distance(obstacle.turn.T @ place if shape.turns else place, obstacle.size)
 
     def balls(self, excess: float) -> Iterator[Ball]:  # noqa: ARG002
         """Itself."""
@@ -111,14 +114,18 @@ class Segment(Part):
         """Both cap centres."""
         return casadi.vertcat(frames.point(self.link, self.start), frames.point(self.link, self.end))
 
+    def shift(self, offset: Any) -> Any:
+        """The offset, twice."""
+        return casadi.vertcat(offset, offset)
+
     def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
         """Of the axis to a ball or capsule."""
         start, end = casadi.vertsplit(place, place.numel() // 2)
         radius = obstacle.size[0]
         if obstacle.shape in ROUND:
-            return segment_to_point(start, end, obstacle.position) - radius
+            return segment_distance([start, end], [casadi.SX.zeros(start.numel(), 1)]) - radius
         reach = 0.5 * obstacle.size[1] * obstacle.turn[:, 2]
-        return segment_to_segment(start, end, obstacle.position - reach, obstacle.position + reach) - radius
+        return segment_distance([start, end], [-reach, reach]) - radius
 
     def balls(self, excess: float) -> Iterator[Ball]:
         """Balls along the axis, so close that they hold the capsule."""
@@ -151,9 +158,13 @@ class Block(Part):
         rotation = frames.of(self.link)[1] @ casadi.DM(pose[:3, :3])
         return casadi.vertcat(frames.point(self.link, pose[:3, 3]), casadi.reshape(rotation, 9, 1))
 
+    def shift(self, offset: Any) -> Any:
+        """The offset, of the centre only."""
+        return casadi.vertcat(offset, casadi.SX.zeros(9, 1))
+
     def core_distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
         """Of a ball's centre to the box, less the ball's radius."""
-        local = casadi.reshape(place[3:], 3, 3).T @ (obstacle.position - place[:3])
+        local = -casadi.reshape(place[3:], 3, 3).T @ place[:3]
         return SHAPES["box"].distance(local, casadi.DM(list(self.size))) - obstacle.size[0]
 
     def balls(self, excess: float) -> Iterator[Ball]:  # noqa: ARG002 - asked for when the cover was made
@@ -176,23 +187,16 @@ def part_of_capsule(body: str, link: str, capsule: Sequence[float]) -> Part:
     return Ball(body, link, radius, start) if start == end else Segment(body, link, radius, start, end)
 
 
-def distance_between(first: Part, second: Part, places: tuple[Any, Any]) -> Any:
+def distance_between(first: Part, second: Part, places: Sequence[Any]) -> Any:
     """Distance [m] between two balls or capsules of a robot, by their places."""
-    ends = [casadi.vertsplit(place, place.numel() // _points_of(part)) for part, place in zip((first, second), places, strict=True)]
-    (one, *one_more), (other, *other_more) = ends
-    if one_more and other_more:
-        core = segment_to_segment(one, one_more[0], other, other_more[0])
-    elif one_more:
-        core = segment_to_point(one, one_more[0], other)
-    elif other_more:
-        core = segment_to_point(other, other_more[0], one)
-    else:
-        core = length(one - other)
-    return core - first.radius - second.radius
+    ends, others = (_ends(part, place) for part, place in zip((first, second), places, strict=True))
+    return segment_distance(ends, others) - first.radius - second.radius
 
 
-def _points_of(part: Part) -> int:
-    return 2 if isinstance(part, Segment) else 1
+def _ends(part: Part, place: Any) -> list[Any]:
+    """Centre of a ball, or both cap centres of a capsule."""
+    parts: list[Any] = casadi.vertsplit(place, place.numel() // 2) if isinstance(part, Segment) else [place]
+    return parts
 
 
 def _plus(point: tuple[float, ...], offset: Sequence[float] | FloatArray) -> tuple[float, ...]:

@@ -79,9 +79,7 @@ class _Key:
             [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]
             for goal in problem.goal
         ]
-        self._text = canonical_json(
-            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters)]
-        )
+        self._text = canonical_json([problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters)])
 
     def __hash__(self) -> int:
         return hash(self._text)
@@ -105,7 +103,8 @@ def _composed(key: _Key) -> Composed:
     function = composer.function()
     if key.parameters.compile:
         function = compiled(function)
-    return Composed(function, composer.points() if MESH in key.capacities else None)
+    points = composer.points() if MESH in key.capacities else None
+    return Composed(function, points)
 
 
 def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any) -> MeshFill:
@@ -114,6 +113,6 @@ def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any) -> MeshFill
     def balls(q: FloatArray) -> FloatArray:
         buffered.arguments["q"][:] = q
         buffered()
-        return buffered.results["points"]
+        return buffered.results["points"].reshape(-1, 3)
 
     return MeshFill(problem.obstacles, balls, arguments[f"obstacles_{MESH}"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, Segment, part_of_capsule
+from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, part_of_capsule
 from pytest_lpb.problem.robot import Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.urdf import Geometry
@@ -19,10 +19,11 @@ def steered(robot: Robot) -> bool:
 def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
     """Parts that meet obstacles: spheres that hold the links, or, where `links` is exact, the links themselves.
 
-    A non-holonomic base without an arm cannot evade sideways, but a point ahead of it can: it has all parts again there.
+    A non-holonomic base without an arm cannot evade sideways, but a point ahead of it can: it has its parts there too.
     """
-    exact = list(_PARTS[robot.dimension](robot, parameters))
-    parts = exact if parameters.links == "exact" else [ball for part in exact for ball in part.balls(parameters.sphere_excess)]
+    parts = list(_PARTS[robot.dimension](robot, parameters))
+    if parameters.links == "spheres":
+        parts = [ball for part in parts for ball in part.balls(parameters.sphere_excess)]
     if steered(robot):
         offset = (parameters.lookahead, *(0.0,) * (robot.dimension - 1))
         parts += [part.moved(offset) for part in parts]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import casadi
 import numpy as np
 
-from pytest_lpb.planner.fabrics.parts import Part
+from pytest_lpb.planner.fabrics.parts import Part, distance_between
 from pytest_lpb.planner.fabrics.robot_parts import capsules_of
 from pytest_lpb.problem.robot import FloatArray, Robot
+from pytest_lpb.symbolic.kinematics import Frames
 
 SAMPLES = 256  # configurations in which distances of pairs are looked at
 OVERLAPPING = 0.3  # share of these above which a pair's capsules are too large to tell whether the links touch
@@ -45,11 +47,6 @@ def pairs_of(robot: Robot, reach: float) -> list[PartPair]:
 
 def _distances(robot: Robot, pairs: list[PartPair]) -> Iterator[FloatArray]:
     """Distances [m] of all pairs in random configurations within the limits."""
-    import casadi
-
-    from pytest_lpb.planner.fabrics.parts import distance_between
-    from pytest_lpb.symbolic.kinematics import Frames
-
     q = casadi.SX.sym("q", robot.dof)
     frames = Frames(robot, q)
     distances = casadi.vertcat(

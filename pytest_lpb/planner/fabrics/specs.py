@@ -1,7 +1,7 @@
 """Specs: second-order equations M x'' + f = 0 over a space, their sum and their pull-back.
 
-Ratliff et al., "Optimization Fabrics", arXiv:2008.02399; Spahn, Wisse and Alonso-Mora, "Dynamic Optimization Fabrics for
-Motion Generation", arXiv:2205.08454.
+Ratliff et al., "Optimization Fabrics", arXiv:2008.02399; Spahn, Wisse and Alonso-Mora, "Dynamic Optimization Fabrics
+for Motion Generation", arXiv:2205.08454.
 """
 
 from __future__ import annotations
@@ -52,9 +52,7 @@ class Spec:
         return cls(casadi.SX.zeros(size, size), casadi.SX.zeros(size, 1), casadi.SX.zeros(size, 1))
 
     def __add__(self, other: Spec) -> Spec:
-        return Spec(
-            self.metric + other.metric, self.force + other.force, self.energy_force + other.energy_force
-        )
+        return Spec(self.metric + other.metric, self.force + other.force, self.energy_force + other.energy_force)
 
     def pulled_back(self, mapped: Mapped, sign: float) -> Spec:
         """The spec over the inputs that this one over a task space means.

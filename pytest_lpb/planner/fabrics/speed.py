@@ -1,26 +1,16 @@
 """Speed control: what damping and excitation make of a fabric's forced motion.
 
-Ratliff et al., arXiv:2008.02399, section V, as published with the reference release (docs/fabrics.md has the equations).
+Ratliff et al., arXiv:2008.02399, section V, as the reference release has it: docs/fabrics.md.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi
 
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.specs import Spec
-
-
-@dataclass(frozen=True)
-class Acceleration:
-    """The action and what it was made of, symbolic."""
-
-    action: Any  # (n, 1) acceleration of the inputs
-    damping: Any  # beta [1/s]
-    excitation: Any  # alpha_ex [1/s]
 
 
 def solve(metric: Any, right: Any, regularisation: float) -> Any:
@@ -38,8 +28,8 @@ def energised(metric: Any, force: Any, energy_force: Any, w: Any, regularisation
 
 def controlled(
     geometry: Spec, forced: Spec, w: Any, target_velocity: Any, distance: Any, parameters: FabricsParameters
-) -> Acceleration:
-    """The acceleration of the inputs.
+) -> Any:
+    """The acceleration of the inputs, (n, 1).
 
     Args:
         geometry: sum of the geometries, (M, f, f_e).
@@ -63,4 +53,4 @@ def controlled(
     near = 0.5 * (casadi.tanh(-parameters.damping_slope * (distance - parameters.damping_radius)) + 1.0)
     damping = near * parameters.damping_near + parameters.damping_far
     damping += casadi.fmax(0.0, alpha_geometry - excitation)
-    return Acceleration(-h_forced - (excitation + damping) * (w - follow), damping, excitation)
+    return -h_forced - (excitation + damping) * (w - follow)

@@ -27,7 +27,7 @@ Ball = tuple[float, float, float, float]  # centre in the link's frame, radius [
 
 PAYS = 1.2  # more balls only where fewer reach beyond the shape by more than this factor
 SIDES = 32  # of the prism around a cylinder: wider than the cylinder by half a percent
-FLAT = 1e-6  # a share of a shape's largest extent: one that is thinner has no inside
+FLAT = 1e-6  # [m] a shape that is thinner somewhere is taken as reaching this far to either side there
 THIN = 1e-9  # a share of a piece's largest extent: not cut across directions in which it is thinner
 MAX_STEPS = 200  # of the search for a smallest ball; most take about six
 EXACT = 1e-10  # a share of a ball's radius
@@ -204,10 +204,10 @@ def _hull(corners: FloatArray) -> tuple[_Polytope, FloatArray]:
     """The convex hull of corners (n, 3), and planes (m, 4) around it: outward normal, offset [m]."""
     from scipy.spatial import ConvexHull  # late: it takes a third of a second
 
-    offset = corners - corners.mean(axis=0)
-    extents = np.ptp(offset @ _principal(offset).T, axis=0)
-    if extents.min() <= FLAT * extents.max():  # its surface is everywhere, and Qhull would lose some of its corners
-        return _Polytope(corners, np.column_stack(np.triu_indices(len(corners), 1))), np.zeros((1, 4))
+    offsets = corners - corners.mean(axis=0)
+    axes = _principal(offsets)
+    for axis in axes[np.ptp(offsets @ axes.T, axis=0) < FLAT]:  # Qhull takes no flat shapes
+        corners = np.concatenate([corners - FLAT * axis, corners + FLAT * axis])
     hull = ConvexHull(corners)
     sides = np.sort(hull.simplices[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     used, edges = np.unique(np.unique(sides, axis=0), return_inverse=True)
