@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pytest_lpb"
 TABLE = ROOT / "docs" / "architecture.md"
-HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "pyarrow", "gymnasium", "pydantic", "jinja2", "yaml")
+HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "pyarrow", "gymnasium", "pydantic", "jinja2", "yaml", "casadi")
 
 
 def rows_of_the_table() -> list[tuple[list[str], str]]:
@@ -126,7 +126,7 @@ def test_planning_without_scenario_files_loads_no_yaml() -> None:
     """A worker that runs a trial of a concrete problem needs neither YAML nor tables nor pictures."""
     program = (
         "import sys, pytest_lpb.problem.problem;"
-        "print(*[n for n in ('yaml', 'pydantic', 'pandas', 'matplotlib', 'gymnasium') if n in sys.modules])"
+        "print(*[n for n in ('yaml', 'pydantic', 'pandas', 'matplotlib', 'gymnasium', 'casadi') if n in sys.modules])"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == ""

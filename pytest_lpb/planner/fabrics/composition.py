@@ -28,6 +28,7 @@ class Composer:
         goals: sub-goals, without their targets.
         capacities: slots per shape of obstacles.
         parameters: of the planner.
+        period: of the planner [s], over which an implicit step goes.
 
     Attributes:
         state: symbols of the robot's state.
@@ -35,13 +36,19 @@ class Composer:
     """
 
     def __init__(
-        self, robot: Robot, goals: Sequence[GoalInfo], capacities: Mapping[str, int], parameters: FabricsParameters
+        self,
+        robot: Robot,
+        goals: Sequence[GoalInfo],
+        capacities: Mapping[str, int],
+        parameters: FabricsParameters,
+        period: float,
     ) -> None:
         self._parameters = parameters
         self._goals = goals
         self._capacities = capacities
         self.state = State(robot)
-        self.geometries = Geometries(self.state, parameters)
+        self._step = period if parameters.implicit else 0.0
+        self.geometries = Geometries(self.state, parameters, self._step)
 
     def function(self) -> Any:
         """The composed function to the acceleration of the inputs, `action` (n,).
@@ -57,7 +64,8 @@ class Composer:
         }
         geometry = self.geometries.total(obstacles)
         forced, target_velocity, distance = self._forced(geometry, list(targets.values()))
-        action = controlled(geometry, forced, self.state.inputs, target_velocity, distance, self._parameters)
+        parameters = self._parameters
+        action = controlled(geometry, forced, self.state.inputs, target_velocity, distance, parameters, self._step)
         arguments = {
             "q": self.state.q,
             "w": self.state.inputs,

@@ -17,7 +17,7 @@ import casadi
 import numpy as np
 
 from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.leaves import ScalarLeaf
+from pytest_lpb.planner.fabrics.leaves import Foresight, ScalarLeaf
 from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Part, distance_between
@@ -35,13 +35,15 @@ class Geometries:
     Args:
         state: the robot's state.
         parameters: of the planner.
+        step: [s] of an implicit step; 0: explicit.
 
     Attributes:
         parts: parts of the robot that move and meet obstacles.
     """
 
-    def __init__(self, state: State, parameters: FabricsParameters) -> None:
+    def __init__(self, state: State, parameters: FabricsParameters, step: float) -> None:
         self._state = state
+        self._foresight = Foresight(step, parameters.braking, parameters.closest)
         self._parameters = parameters
         self._sign = SIGNS[parameters.curvature_term]
         self.parts = [part for part in parts_of(state.robot, parameters) if self._moves(part)]
@@ -68,7 +70,7 @@ class Geometries:
         return total
 
     def _leaf(self, energy: str, geometry: str) -> ScalarLeaf:
-        return ScalarLeaf(energy, geometry, self._parameters.closest)
+        return ScalarLeaf(energy, geometry, self._foresight)
 
     def _base(self) -> Spec:
         """Every input's own energy, without a geometry."""
@@ -79,6 +81,7 @@ class Geometries:
             casadi.diag(casadi.vertcat(*(spec.metric for spec in specs))),
             casadi.vertcat(*(spec.force for spec in specs)),
             casadi.vertcat(*(spec.energy_force for spec in specs)),
+            casadi.SX(len(specs), len(specs)),
         )
 
     def _limits(self) -> Iterator[Leaf]:
@@ -145,19 +148,17 @@ class Geometries:
         # Distances depend on where the part is from the obstacle: relative coordinates, as dynamic fabrics have them.
         offset, rate = casadi.SX.sym("offset", size), casadi.SX.sym("rate", size)
         obstacle = slot.symbols(numbers)
-        x = part.distance(offset, obstacle)
-        if parameters.distance == "relative":
-            x /= part.radius + SHAPES[shape].inscribed(obstacle.size)
-        mapped = derivatives(x, (offset, rate))
+        unit = part.radius + SHAPES[shape].inscribed(obstacle.size) if parameters.distance == "relative" else 1.0
+        mapped = derivatives(part.distance(offset, obstacle) / unit, (offset, rate))
         moving = casadi.SX.zeros(slot.dimension, 1)
         if parameters.obstacle_motion:
             moving = numbers[slot.of_time(1)]
             mapped = replace(mapped, drift=-mapped.jacobian @ part.shift(numbers[slot.of_time(2)]))
         leaf = self._leaf(parameters.obstacle_energy, parameters.obstacle_geometry)
-        spec = leaf.spec(mapped.value, mapped.velocity, numbers[slot.present]).pulled_back(mapped, self._sign)
+        spec = leaf.spec(mapped.value, mapped.velocity, unit, numbers[slot.present]).pulled_back(mapped, self._sign)
         place, velocity = casadi.SX.sym("place", size), casadi.SX.sym("velocity", size)
         relative = [place - part.shift(numbers[slot.of_time(0)]), velocity - part.shift(moving)]
-        parts = casadi.substitute([spec.metric, spec.force, spec.energy_force], [offset, rate], relative)
+        parts = casadi.substitute([spec.metric, spec.force, spec.energy_force, spec.damping], [offset, rate], relative)
         return casadi.Function(
             "to_obstacle", [place, velocity, numbers], [casadi.densify(each) for each in parts], {"cse": True}
         )
@@ -170,7 +171,7 @@ class Geometries:
         places = iter(self._places([part for pair in pairs for part in pair]))
         for (first, second), one, other in zip(pairs, places, places, strict=True):
             mapped = _between(first, second, one, other)
-            yield mapped, leaf.spec(mapped.value, mapped.velocity)
+            yield mapped, leaf.spec(mapped.value, mapped.velocity, first.radius + second.radius)
 
 
 def _between(first: Part, second: Part, one: Mapped, other: Mapped) -> Mapped:

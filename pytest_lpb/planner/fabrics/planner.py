@@ -74,12 +74,15 @@ class _Key:
     def __init__(self, problem: PlannerProblem, parameters: FabricsParameters) -> None:
         self.problem = problem
         self.parameters = parameters
+        self.period = problem.period if parameters.implicit else 0.0
         self.capacities = dict(problem.structure.shapes)
         goals = [
             [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]
             for goal in problem.goal
         ]
-        self._text = canonical_json([problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters)])
+        self._text = canonical_json(
+            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters), self.period]
+        )
 
     def __hash__(self) -> int:
         return hash(self._text)
@@ -99,7 +102,7 @@ def _composed_for(problem: PlannerProblem, parameters: FabricsParameters) -> Com
 
 @lru_cache(maxsize=CACHED)
 def _composed(key: _Key) -> Composed:
-    composer = Composer(key.problem.robot, key.problem.goal, key.capacities, key.parameters)
+    composer = Composer(key.problem.robot, key.problem.goal, key.capacities, key.parameters, key.period)
     function = composer.function()
     if key.parameters.compile:
         function = compiled(function)

@@ -45,14 +45,21 @@ class Spec:
     metric: Any  # M (m, m)
     force: Any  # f (m, 1)
     energy_force: Any  # f_e (m, 1)
+    damping: Any  # df/dx' (m, m) as far as it is positive: what an implicit step adds to M
 
     @classmethod
     def nothing(cls, size: int) -> Spec:
         """The spec that adds nothing."""
-        return cls(casadi.SX.zeros(size, size), casadi.SX.zeros(size, 1), casadi.SX.zeros(size, 1))
+        square, column = casadi.SX(size, size), casadi.SX.zeros(size, 1)
+        return cls(square, column, column, square)
 
     def __add__(self, other: Spec) -> Spec:
-        return Spec(self.metric + other.metric, self.force + other.force, self.energy_force + other.energy_force)
+        return Spec(
+            self.metric + other.metric,
+            self.force + other.force,
+            self.energy_force + other.energy_force,
+            self.damping + other.damping,
+        )
 
     def pulled_back(self, mapped: Mapped, sign: float) -> Spec:
         """The spec over the inputs that this one over a task space means.
@@ -62,9 +69,16 @@ class Spec:
             sign: of the curvature term of the geometry, one of `SIGNS`; energies have +1 always.
         """
         jacobian = mapped.jacobian
-        weighted = self.metric @ jacobian
         force = self.force + self.metric @ (sign * mapped.curvature + mapped.drift)
         energy_force = self.energy_force + self.metric @ (mapped.curvature + mapped.drift)
-        # Metrics are symmetric: half of each need not be computed.
-        metric = casadi.triu2symm(casadi.triu(jacobian.T @ weighted))
-        return Spec(metric, jacobian.T @ force, jacobian.T @ energy_force)
+        return Spec(
+            _congruent(jacobian, self.metric),
+            jacobian.T @ force,
+            jacobian.T @ energy_force,
+            _congruent(jacobian, self.damping),
+        )
+
+
+def _congruent(jacobian: Any, matrix: Any) -> Any:
+    """J^T A J of a symmetric A; of the result half need not be computed."""
+    return casadi.triu2symm(casadi.triu(jacobian.T @ (matrix @ jacobian)))

@@ -171,7 +171,7 @@ def _of_corners(corners: FloatArray, origin: FloatArray, excess: float, most: in
     """Balls that hold the convex hull of corners (n, 3) [m] in the frame `origin` (4, 4)."""
     covers = list(_covers(corners, excess, most))
     worst = [max(piece.excess for piece in cover) for cover in covers]
-    enough = max(excess, PAYS * min(worst))
+    enough = excess if min(worst) <= excess else PAYS * min(worst)
     chosen = next(cover for cover, reach in zip(covers, worst, strict=True) if reach <= enough)
     turn, shift = origin[:3, :3], origin[:3, 3]
     return _without_nested([_ball(turn @ piece.centre + shift, piece.radius) for piece in chosen])

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any
 
+import casadi
 import numpy as np
 
-from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.urdf import Joint
@@ -25,11 +24,8 @@ def casadi_kinematics(robot: SpatialRobot, q: Any, link: str) -> tuple[Any, Any]
         q: positions as casadi.SX or casadi.MX (dof, 1); casadi.DM gives numbers.
         link: one of `robot.link_names`.
 
-    Raises:
-        LpbError: CasADi is not installed.
-        ValueError: unknown link, or q of another size.
+    Raises ValueError: unknown link, or q of another size.
     """
-    casadi = _casadi()
     if q.numel() != robot.dof:
         raise ValueError(f"q has {q.numel()} entries; {robot.name} has {robot.dof}: {', '.join(robot.joint_names)}")
     robot.link_index(link)
@@ -44,23 +40,12 @@ def casadi_kinematics(robot: SpatialRobot, q: Any, link: str) -> tuple[Any, Any]
         if source not in index:
             still = still @ joint_motion(joint, multiplier * robot.locked.get(source, 0.0) + offset)
             continue
-        position, rotation = _followed(casadi, position, rotation, still)
+        position, rotation = _followed(position, rotation, still)
         still = np.eye(4)
-        position, rotation = _moved(casadi, position, rotation, joint, multiplier * q[index[source]] + offset)
-    position, rotation = _followed(casadi, position, rotation, still)
+        position, rotation = _moved(position, rotation, joint, multiplier * q[index[source]] + offset)
+    position, rotation = _followed(position, rotation, still)
     kind = type(q)  # links that q does not move are constants, in the type of all others
     return casadi.densify(kind(position)), casadi.densify(kind(rotation))
-
-
-def _casadi() -> ModuleType:
-    try:
-        import casadi
-    except ImportError:
-        raise LpbError(
-            "symbolic kinematics need the package casadi, which is not installed: pip install 'pytest-lpb[symbolic]'"
-        ) from None
-    module: ModuleType = casadi
-    return module
 
 
 def _chain(robot: SpatialRobot, link: str) -> list[Joint]:
@@ -73,27 +58,27 @@ def _chain(robot: SpatialRobot, link: str) -> list[Joint]:
     return joints[::-1]
 
 
-def _constant(casadi: ModuleType, numbers: FloatArray) -> Any:
+def _constant(numbers: FloatArray) -> Any:
     """Numbers as a matrix whose zeros take no part in expressions."""
     return casadi.sparsify(casadi.DM(numbers))
 
 
-def _followed(casadi: ModuleType, position: Any, rotation: Any, pose: FloatArray) -> tuple[Any, Any]:
+def _followed(position: Any, rotation: Any, pose: FloatArray) -> tuple[Any, Any]:
     """The frame at a constant pose (4, 4) in the given one."""
-    moved = position + rotation @ _constant(casadi, pose[:3, 3])
-    return moved, rotation @ _constant(casadi, pose[:3, :3])
+    moved = position + rotation @ _constant(pose[:3, 3])
+    return moved, rotation @ _constant(pose[:3, :3])
 
 
-def _moved(casadi: ModuleType, position: Any, rotation: Any, joint: Joint, value: Any) -> tuple[Any, Any]:
+def _moved(position: Any, rotation: Any, joint: Joint, value: Any) -> tuple[Any, Any]:
     """The frame moved by a joint in it: by `value` [m] along its axis, or [rad] about it (Rodrigues)."""
     axis = np.array(joint.axis)
     if joint.kind == "prismatic":
-        return position + rotation @ (value * _constant(casadi, axis)), rotation
+        return position + rotation @ (value * _constant(axis)), rotation
     x, y, z = joint.axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     turn = (
-        _constant(casadi, np.eye(3))
-        + casadi.sin(value) * _constant(casadi, cross)
-        + (1.0 - casadi.cos(value)) * _constant(casadi, cross @ cross)
+        _constant(np.eye(3))
+        + casadi.sin(value) * _constant(cross)
+        + (1.0 - casadi.cos(value)) * _constant(cross @ cross)
     )
     return position, rotation @ turn

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.symbolic import casadi_kinematics
@@ -93,10 +91,3 @@ def test_faults_are_named() -> None:
         casadi_kinematics(robot, casadi.SX.sym("q", 3), "ennd")
     with pytest.raises(ValueError, match="q has 4 entries; arm_3d has 3: joint1, joint2, joint3"):
         casadi_kinematics(robot, casadi.SX.sym("q", 4), "end")
-
-
-def test_without_casadi_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot, q = spatial_robot(ENTRIES["arm"]), casadi.SX.sym("q", 3)
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(LpbError, match=r"pip install 'pytest-lpb\[symbolic\]'"):
-        casadi_kinematics(robot, q, "end")
