@@ -112,14 +112,17 @@ class PlannerConfiguration:
 
     @cached_property
     def source_hash(self) -> str:
-        """SHA-256 of the source file that holds the planner's class; empty when it has none."""
+        """SHA-256 of the source file that holds the planner's class, or of its package's; empty when it has none."""
         try:
             source = inspect.getsourcefile(self.planner_class)
         except TypeError:
             return ""
         if source is None or not Path(source).is_file():
             return ""
-        return hashlib.sha256(Path(source).read_bytes()).hexdigest()
+        file = Path(source)
+        packaged = (file.parent / "__init__.py").is_file()
+        files = sorted(file.parent.glob("*.py")) if packaged else [file]
+        return hashlib.sha256(b"".join(each.read_bytes() for each in files)).hexdigest()
 
     def to_dict(self) -> dict[str, Any]:
         """What run.json says of the planner: resolved parameters, hashes, timing."""

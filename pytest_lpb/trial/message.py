@@ -9,6 +9,9 @@ import numpy as np
 from pytest_lpb.environment.monitor import Violation
 from pytest_lpb.trajectory import Trajectory
 
+STUCK_SHARE = 0.2  # of the duration without getting nearer, from which on a trial was stuck
+PROGRESS = 0.01  # of the way made in all, which counts as getting nearer
+AT_LIMIT = 0.02  # [rad or m] from a position limit, within which a joint is at it
 LARGEST_IN_FULL = 1e4  # [m or rad] beyond, distances are written with an exponent
 
 
@@ -65,7 +68,28 @@ def _stalled(trajectory: Trajectory) -> str:
 
 
 def _at_the_end(trajectory: Trajectory) -> str:
-    return f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s{_closest(trajectory)}"
+    left = f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s"
+    return f"{left}{_stuck(trajectory)}{_at_limits(trajectory)}{_closest(trajectory)}"
+
+
+def _stuck(trajectory: Trajectory) -> str:
+    """Since when the robot had not come nearer to its goal, if that is long: what local minima and cycles look like."""
+    error = trajectory.goal_error(trajectory.problem.primary.name)
+    nearest = float(error.min())
+    row = int(np.argmax(error <= nearest + PROGRESS * (float(error[0]) - nearest)))
+    since = float(trajectory.t[row])
+    if _end_time(trajectory) - since < STUCK_SHARE * trajectory.problem.duration:
+        return ""
+    return f", no nearer since t = {since:.4g} s: a local minimum or a cycle"
+
+
+def _at_limits(trajectory: Trajectory) -> str:
+    """Joints that ended at their limits."""
+    robot = trajectory.problem.robot
+    lower, upper = robot.limits.position.T
+    margin = np.minimum(trajectory.q[-1] - lower, upper - trajectory.q[-1])
+    at = [name for name, left in zip(robot.joint_names, margin, strict=True) if left < AT_LIMIT]
+    return f", {' and '.join(map(repr, at))} at the limit" if at else ""
 
 
 _SENTENCES: dict[str, Callable[[Trajectory], str]] = {

@@ -40,7 +40,14 @@ def test_timeout() -> None:
 
 def test_stalled() -> None:
     text = message("Still", goal=[position_goal([5.0, 0.0])], duration=6.0)
-    assert text == "came to a standstill 5.00 m from the goal (tolerance 0.10 m) after 6.0 s"
+    assert text == (
+        "came to a standstill 5.00 m from the goal (tolerance 0.10 m) after 6.0 s, no nearer since t = 0 s: a local minimum or a cycle"
+    )
+
+
+def test_timeout_at_a_joint_limit() -> None:
+    limited = {**MOVER, "limits": {"position": [[-0.5, 1.01], None]}}
+    assert "after 1.0 s, 'x' at the limit" in message(goal=[position_goal([5.0, 0.0])], robot=limited)
 
 
 def test_collision() -> None:

@@ -28,7 +28,7 @@ class Composer:
         goals: sub-goals, without their targets.
         capacities: slots per shape of obstacles.
         parameters: of the planner.
-        period: of the planner [s], over which an implicit step goes.
+        period: of the planner [s], at whose end the brake looks.
 
     Attributes:
         state: symbols of the robot's state.
@@ -46,9 +46,9 @@ class Composer:
         self._parameters = parameters
         self._goals = goals
         self._capacities = capacities
+        self._period = period
         self.state = State(robot)
-        self._step = period if parameters.implicit else 0.0
-        self.geometries = Geometries(self.state, parameters, self._step)
+        self.geometries = Geometries(self.state, parameters)
 
     def function(self) -> Any:
         """The composed function to the acceleration of the inputs, `action` (n,).
@@ -64,8 +64,8 @@ class Composer:
         }
         geometry = self.geometries.total(obstacles)
         forced, target_velocity, distance = self._forced(geometry, list(targets.values()))
-        parameters = self._parameters
-        action = controlled(geometry, forced, self.state.inputs, target_velocity, distance, parameters, self._step)
+        action = controlled(geometry, forced, self.state.inputs, target_velocity, distance, self._parameters)
+        action = self._shortened(self._braked(action, obstacles))
         arguments = {
             "q": self.state.q,
             "w": self.state.inputs,
@@ -75,7 +75,7 @@ class Composer:
         return casadi.Function(
             "fabric",
             list(arguments.values()),
-            [casadi.densify(self._shortened(action))],
+            [casadi.densify(action)],
             list(arguments),
             ["action"],
             {"cse": True},
@@ -104,6 +104,13 @@ class Composer:
             if goal.tolerance is not None or all_wanted:
                 left.append(error)
         return total, follow, length(casadi.vertcat(*left))
+
+    def _braked(self, action: Any, obstacles: Mapping[str, Any]) -> Any:
+        """The action that leads to the velocity which the brake leaves of the one wanted after a period."""
+        if not self._parameters.brake:
+            return action
+        wanted = self.state.inputs + self._period * action
+        return (self.geometries.damping(obstacles, wanted).velocity(wanted) - self.state.inputs) / self._period
 
     def _shortened(self, action: Any) -> Any:
         """The action with its direction kept, within the robot's acceleration limits and the planner's own."""

@@ -7,7 +7,7 @@ lies between a part and obstacles is summed over obstacles in the part's own spa
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from math import isfinite
@@ -16,8 +16,9 @@ from typing import Any
 import casadi
 import numpy as np
 
+from pytest_lpb.planner.fabrics.brake import Damping
 from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.leaves import Foresight, ScalarLeaf
+from pytest_lpb.planner.fabrics.leaves import ScalarLeaf
 from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Part, distance_between
@@ -26,7 +27,14 @@ from pytest_lpb.planner.fabrics.self_collision import pairs_of
 from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
 from pytest_lpb.planner.fabrics.specs import SIGNS, Mapped, Spec
 
-Leaf = tuple[Mapped, Spec]  # a map to a task space, and the spec there
+
+@dataclass(frozen=True)
+class Leaf:
+    """A map to a task space and the spec there; of one coordinate its unit [m or rad]."""
+
+    mapped: Mapped
+    spec: Spec
+    unit: Any = 1.0
 
 
 class Geometries:
@@ -35,15 +43,13 @@ class Geometries:
     Args:
         state: the robot's state.
         parameters: of the planner.
-        step: [s] of an implicit step; 0: explicit.
 
     Attributes:
         parts: parts of the robot that move and meet obstacles.
     """
 
-    def __init__(self, state: State, parameters: FabricsParameters, step: float) -> None:
+    def __init__(self, state: State, parameters: FabricsParameters) -> None:
         self._state = state
-        self._foresight = Foresight(step, parameters.braking, parameters.closest)
         self._parameters = parameters
         self._sign = SIGNS[parameters.curvature_term]
         self.parts = [part for part in parts_of(state.robot, parameters) if self._moves(part)]
@@ -65,12 +71,31 @@ class Geometries:
         """The sum of all geometries over the inputs; `obstacles` are the symbols by shape."""
         total = self._base()
         for leaves in (self._limits(), self._obstacles(obstacles), self._planes(), self._own_bodies()):
-            for mapped, spec in leaves:
-                total += spec.pulled_back(mapped, self._sign)
+            for leaf in leaves:
+                total += leaf.spec.pulled_back(leaf.mapped, self._sign)
+        return total
+
+    def damping(self, obstacles: Mapping[str, Any], wanted: Any) -> Damping:
+        """The brake's dampers along all distances, where the inputs (n, 1) are wanted to be `wanted`."""
+        total = Damping.nothing(self._state.size)
+        parameters = self._parameters
+        for leaf in (*self._limits(), *self._planes(), *self._own_bodies()):
+            mapped = leaf.mapped
+            left = mapped.value - parameters.margin / leaf.unit
+            rate = mapped.jacobian @ wanted
+            total += Damping.along(left, mapped.jacobian, rate, 0.0, _mobility(mapped), parameters.brake)
+        for part, mapped, slots in self._meetings(obstacles):
+            there = Damping.nothing(mapped.value.numel())
+            functions = {shape: self._damping_to(part, mapped.value.numel(), shape) for shape in slots}
+            arguments = mapped.value, mapped.jacobian @ wanted, _mobility(mapped)
+            for shape, columns in slots.items():
+                for column in columns:
+                    there += Damping(*functions[shape](*arguments, column))
+            total += there.pulled_back(mapped.jacobian)
         return total
 
     def _leaf(self, energy: str, geometry: str) -> ScalarLeaf:
-        return ScalarLeaf(energy, geometry, self._foresight)
+        return ScalarLeaf(energy, geometry, self._parameters.closest)
 
     def _base(self) -> Spec:
         """Every input's own energy, without a geometry."""
@@ -81,7 +106,6 @@ class Geometries:
             casadi.diag(casadi.vertcat(*(spec.metric for spec in specs))),
             casadi.vertcat(*(spec.force for spec in specs)),
             casadi.vertcat(*(spec.energy_force for spec in specs)),
-            casadi.SX(len(specs), len(specs)),
         )
 
     def _limits(self) -> Iterator[Leaf]:
@@ -92,7 +116,7 @@ class Geometries:
             for value, limit in ((q - lower, lower), (upper - q, upper)):
                 if isfinite(limit):
                     mapped = self._state.mapped(value)
-                    yield mapped, leaf.spec(mapped.value, mapped.velocity)
+                    yield Leaf(mapped, leaf.spec(mapped.value, mapped.velocity))
 
     def _planes(self) -> Iterator[Leaf]:
         """Distances of balls to planes [m]."""
@@ -102,7 +126,7 @@ class Geometries:
             for ball in self.balls:
                 height = casadi.dot(outward, ball.place(self._state.frames))
                 mapped = self._state.mapped(height - offset - ball.radius)
-                yield mapped, leaf.spec(mapped.value, mapped.velocity)
+                yield Leaf(mapped, leaf.spec(mapped.value, mapped.velocity))
 
     def _places(self, parts: Sequence[Part]) -> list[Mapped]:
         """Places of parts, differentiated together: what they share is composed once."""
@@ -115,6 +139,16 @@ class Geometries:
 
     def _obstacles(self, obstacles: Mapping[str, Any]) -> Iterator[Leaf]:
         """Of each part, its leaves to all obstacles, summed in the part's space."""
+        for part, mapped, slots in self._meetings(obstacles):
+            total = Spec.nothing(mapped.value.numel())
+            for shape, columns in slots.items():
+                spec_of = self._to_obstacle(part, mapped.value.numel(), shape)
+                for column in columns:
+                    total += Spec(*spec_of(mapped.value, mapped.velocity, column))
+            yield Leaf(mapped, total)
+
+    def _meetings(self, obstacles: Mapping[str, Any]) -> Iterator[tuple[Part, Mapped, dict[str, list[Any]]]]:
+        """Parts with the maps to their places, and the symbols of the obstacles that each meets, by shape."""
         columns: dict[Part, dict[str, list[Any]]] = {}
         for shape, symbols in obstacles.items():
             slots = casadi.horzsplit(symbols)
@@ -125,12 +159,7 @@ class Geometries:
             for part in self._meeting(shape):
                 columns.setdefault(part, {})[shape] = slots
         for part, mapped in zip(columns, self._places(list(columns)), strict=True):
-            total = Spec.nothing(mapped.value.numel())
-            for shape, slots in columns[part].items():
-                spec_of = self._to_obstacle(part, mapped.value.numel(), shape)
-                for column in slots:
-                    total += Spec(*spec_of(mapped.value, mapped.velocity, column))
-            yield mapped, total
+            yield part, mapped, columns[part]
 
     def _meeting(self, shape: str) -> Iterator[Part]:
         """The parts as they are where their distance to a shape is known, else balls that hold them."""
@@ -143,25 +172,22 @@ class Geometries:
     def _to_obstacle(self, part: Part, size: int, shape: str) -> Any:
         """Function of a part's place, its velocity and an obstacle's numbers to the spec in the part's space."""
         parameters = self._parameters
-        slot = Slot(shape, self._state.robot.dimension)
-        numbers = casadi.SX.sym("obstacle", slot.length)
-        # Distances depend on where the part is from the obstacle: relative coordinates, as dynamic fabrics have them.
-        offset, rate = casadi.SX.sym("offset", size), casadi.SX.sym("rate", size)
-        obstacle = slot.symbols(numbers)
-        unit = part.radius + SHAPES[shape].inscribed(obstacle.size) if parameters.distance == "relative" else 1.0
-        mapped = derivatives(part.distance(offset, obstacle) / unit, (offset, rate))
-        moving = casadi.SX.zeros(slot.dimension, 1)
-        if parameters.obstacle_motion:
-            moving = numbers[slot.of_time(1)]
-            mapped = replace(mapped, drift=-mapped.jacobian @ part.shift(numbers[slot.of_time(2)]))
+        near = _Near(part, size, Slot(shape, self._state.robot.dimension), parameters)
+        mapped = derivatives(near.distance, (near.offset, near.rate))
+        mapped = replace(mapped, drift=-mapped.jacobian @ near.acceleration)
         leaf = self._leaf(parameters.obstacle_energy, parameters.obstacle_geometry)
-        spec = leaf.spec(mapped.value, mapped.velocity, unit, numbers[slot.present]).pulled_back(mapped, self._sign)
-        place, velocity = casadi.SX.sym("place", size), casadi.SX.sym("velocity", size)
-        relative = [place - part.shift(numbers[slot.of_time(0)]), velocity - part.shift(moving)]
-        parts = casadi.substitute([spec.metric, spec.force, spec.energy_force, spec.damping], [offset, rate], relative)
-        return casadi.Function(
-            "to_obstacle", [place, velocity, numbers], [casadi.densify(each) for each in parts], {"cse": True}
-        )
+        spec = leaf.spec(mapped.value, mapped.velocity, near.present).pulled_back(mapped, self._sign)
+        return near.function([spec.metric, spec.force, spec.energy_force])
+
+    def _damping_to(self, part: Part, size: int, shape: str) -> Any:
+        """Function of a part's place, the velocity wanted of it, its mobility and an obstacle's numbers to a damper."""
+        near = _Near(part, size, Slot(shape, self._state.robot.dimension), self._parameters)
+        mobility = casadi.SX.sym("mobility", size, size)
+        gradient = casadi.jacobian(near.distance, near.offset)
+        own, along = -gradient @ near.velocity, gradient @ mobility @ gradient.T
+        left = near.distance - self._parameters.margin / near.unit
+        damping = Damping.along(left, gradient, gradient @ near.rate, own, along, self._parameters.brake)
+        return near.function([near.present * damping.matrix, near.present * damping.push], mobility)
 
     def _own_bodies(self) -> Iterator[Leaf]:
         """Distances between the robot's own bodies, per sum of their radii."""
@@ -171,7 +197,44 @@ class Geometries:
         places = iter(self._places([part for pair in pairs for part in pair]))
         for (first, second), one, other in zip(pairs, places, places, strict=True):
             mapped = _between(first, second, one, other)
-            yield mapped, leaf.spec(mapped.value, mapped.velocity, first.radius + second.radius)
+            yield Leaf(mapped, leaf.spec(mapped.value, mapped.velocity), first.radius + second.radius)
+
+
+class _Near:
+    """A part near an obstacle, symbolic: what depends on where it is from it, as dynamic fabrics have it.
+
+    Attributes:
+        offset, rate: place (k, 1) of the part from the obstacle, and its rate.
+        distance: x of the barrier, in units of `unit` [m].
+        velocity, acceleration: of the obstacle, as changes of the part's place (k, 1).
+        present: 1, or 0 where the slot is empty.
+    """
+
+    def __init__(self, part: Part, size: int, slot: Slot, parameters: FabricsParameters) -> None:
+        self._numbers = casadi.SX.sym("obstacle", slot.length)
+        obstacle = slot.symbols(self._numbers)
+        self.offset, self.rate = casadi.SX.sym("offset", size), casadi.SX.sym("rate", size)
+        relative = parameters.distance == "relative"
+        self.unit = part.radius + SHAPES[slot.shape].inscribed(obstacle.size) if relative else 1.0
+        self.distance = part.distance(self.offset, obstacle) / self.unit
+        position, velocity, acceleration = (part.shift(self._numbers[slot.of_time(order)]) for order in range(3))
+        self._position = position
+        self.velocity = velocity if parameters.obstacle_motion else casadi.SX(size, 1)
+        self.acceleration = acceleration if parameters.obstacle_motion else casadi.SX(size, 1)
+        self.present = self._numbers[slot.present]
+
+    def function(self, results: list[Any], *further: Any) -> Any:
+        """Function of the part's place, its velocity, further symbols and the obstacle's numbers."""
+        place, velocity = casadi.SX.sym("place", self.offset.numel()), casadi.SX.sym("velocity", self.offset.numel())
+        relative = [place - self._position, velocity - self.velocity]
+        parts = casadi.substitute(results, [self.offset, self.rate], relative)
+        arguments = [place, velocity, *further, self._numbers]
+        return casadi.Function("near", arguments, [casadi.densify(part) for part in parts], {"cse": True})
+
+
+def _mobility(mapped: Mapped) -> Any:
+    """J J^T of a map: how much of a task space's velocity the inputs can change."""
+    return mapped.jacobian @ mapped.jacobian.T
 
 
 def _between(first: Part, second: Part, one: Mapped, other: Mapped) -> Mapped:

@@ -5,7 +5,6 @@ Spahn, Wisse and Alonso-Mora, "Dynamic Optimization Fabrics for Motion Generatio
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi
@@ -16,30 +15,6 @@ from pytest_lpb.planner.fabrics.specs import Mapped, Spec
 from pytest_lpb.symbolic.expressions import casadi_expression
 
 
-@dataclass(frozen=True)
-class Foresight:
-    """Where barriers see what approaches, since time and accelerations have steps and limits.
-
-    Attributes:
-        step: [s] of an implicit step: what approaches is where it will be after it, and damps by df/dx'; 0: explicit.
-        braking: [m/s^2 or rad/s^2] what approaches has gone the way that braking takes already; None: it has not.
-        closest: coordinates count as this where they are less: barriers turn around at 0.
-    """
-
-    step: float
-    braking: float | None
-    closest: float
-
-    def of(self, x: Any, xdot: Any, unit: Any) -> Any:
-        """The coordinate that a barrier acts on, of x in units of `unit` [m or rad] and its rate."""
-        approach = casadi.fmin(xdot, 0.0)
-        if self.step:
-            x += self.step * approach
-        if self.braking is not None:
-            x -= unit * approach * approach / (2.0 * self.braking)
-        return casadi.fmax(x, self.closest)
-
-
 class ScalarLeaf:
     """A geometry h(x, x') weighted by an energy L(x, x'), both functions of one coordinate.
 
@@ -48,10 +23,10 @@ class ScalarLeaf:
     Args:
         energy: expression in x and xdot.
         geometry: expression in x and xdot.
-        foresight: what of the near future x is taken at, and how near it may get.
+        closest: x counts as this where it is less: barriers turn around at 0.
     """
 
-    def __init__(self, energy: str, geometry: str, foresight: Foresight) -> None:
+    def __init__(self, energy: str, geometry: str, closest: float) -> None:
         x, xdot = casadi.SX.sym("x"), casadi.SX.sym("xdot")
         symbols = {"x": x, "xdot": xdot}
         lagrangian, h = casadi_expression(named(energy), symbols), casadi_expression(named(geometry), symbols)
@@ -59,16 +34,13 @@ class ScalarLeaf:
         metric = casadi.gradient(momentum, xdot)
         energy_force = casadi.gradient(momentum, x) * xdot - casadi.gradient(lagrangian, x)
         self.idle = bool(h.is_zero())  # whether it bends nothing
-        self._foresight = foresight
-        implicit = foresight.step > 0.0
-        damping = casadi.fmax(metric * casadi.gradient(h, xdot), 0.0) if implicit else casadi.SX(1, 1)
-        outputs = [metric, metric * h, energy_force, damping]
-        self._function = casadi.Function("leaf", [x, xdot], outputs, {"cse": True})
+        self._closest = closest
+        self._function = casadi.Function("leaf", [x, xdot], [metric, metric * h, energy_force], {"cse": True})
 
-    def spec(self, x: Any, xdot: Any, unit: Any = 1.0, weight: Any = 1.0) -> Spec:
-        """The leaf's spec where the coordinate is x, in units of `unit` [m or rad], and its rate x', times a weight."""
-        metric, force, energy_force, damping = self._function(self._foresight.of(x, xdot, unit), xdot)
-        return Spec(weight * metric, weight * force, weight * energy_force, weight * damping)
+    def spec(self, x: Any, xdot: Any, weight: Any = 1.0) -> Spec:
+        """The leaf's spec where the coordinate is x and its rate x', times a weight."""
+        metric, force, energy_force = self._function(casadi.fmax(x, self._closest), xdot)
+        return Spec(weight * metric, weight * force, weight * energy_force)
 
 
 class Attractor:
@@ -94,4 +66,4 @@ class Attractor:
         metric, slope = self._function(distance, length(mapped.velocity))
         size = mapped.value.numel()
         force = metric * weight * slope * mapped.value / distance
-        return Spec(metric * casadi.SX.eye(size), force, casadi.SX.zeros(size, 1), casadi.SX(size, size))
+        return Spec(metric * casadi.SX.eye(size), force, casadi.SX.zeros(size, 1))

@@ -67,10 +67,8 @@ class FabricsParameters(Planner.Parameters):
     speed_offset: float = 0.5  # how much it has the speed of a robot at rest
     regularisation: Positive = 1e-6  # epsilon of inverse metrics
     closest: Positive = 1e-3  # coordinates of barriers count as this where they are less
-    implicit: bool = False  # barriers take an implicit step: stiff ones neither bounce nor explode
-    braking: Positive | None = (
-        None  # [m/s^2 or rad/s^2] barriers reckon with the way that braking takes; null: they do not
-    )
+    brake: NotNegative = 0.0  # [s] distances shrink by at most x / brake; 0: as they like
+    margin: NotNegative = 0.0  # [m or rad] that the brake leaves of distances
     distance: Literal["relative", "metric"] = "relative"  # x of obstacles: per sum of radii, or in m
     curvature_term: Literal["theory", "reference"] = "theory"  # sign of J' qd in geometries: +1, or -1 as the reference
     obstacle_motion: bool = True  # whether velocities and accelerations of obstacles are seen: dynamic fabrics

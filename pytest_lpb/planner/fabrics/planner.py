@@ -74,7 +74,7 @@ class _Key:
     def __init__(self, problem: PlannerProblem, parameters: FabricsParameters) -> None:
         self.problem = problem
         self.parameters = parameters
-        self.period = problem.period if parameters.implicit else 0.0
+        self.period = problem.period if parameters.brake else 0.0
         self.capacities = dict(problem.structure.shapes)
         goals = [
             [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]

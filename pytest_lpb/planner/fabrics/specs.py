@@ -45,21 +45,14 @@ class Spec:
     metric: Any  # M (m, m)
     force: Any  # f (m, 1)
     energy_force: Any  # f_e (m, 1)
-    damping: Any  # df/dx' (m, m) as far as it is positive: what an implicit step adds to M
 
     @classmethod
     def nothing(cls, size: int) -> Spec:
         """The spec that adds nothing."""
-        square, column = casadi.SX(size, size), casadi.SX.zeros(size, 1)
-        return cls(square, column, column, square)
+        return cls(casadi.SX.zeros(size, size), casadi.SX.zeros(size, 1), casadi.SX.zeros(size, 1))
 
     def __add__(self, other: Spec) -> Spec:
-        return Spec(
-            self.metric + other.metric,
-            self.force + other.force,
-            self.energy_force + other.energy_force,
-            self.damping + other.damping,
-        )
+        return Spec(self.metric + other.metric, self.force + other.force, self.energy_force + other.energy_force)
 
     def pulled_back(self, mapped: Mapped, sign: float) -> Spec:
         """The spec over the inputs that this one over a task space means.
@@ -71,14 +64,16 @@ class Spec:
         jacobian = mapped.jacobian
         force = self.force + self.metric @ (sign * mapped.curvature + mapped.drift)
         energy_force = self.energy_force + self.metric @ (mapped.curvature + mapped.drift)
-        return Spec(
-            _congruent(jacobian, self.metric),
-            jacobian.T @ force,
-            jacobian.T @ energy_force,
-            _congruent(jacobian, self.damping),
-        )
+        return Spec(congruent(jacobian, self.metric), jacobian.T @ force, jacobian.T @ energy_force)
 
 
-def _congruent(jacobian: Any, matrix: Any) -> Any:
-    """J^T A J of a symmetric A; of the result half need not be computed."""
+def congruent(jacobian: Any, matrix: Any) -> Any:
+    """J^T A J of a symmetric A; half of the result need not be computed."""
     return casadi.triu2symm(casadi.triu(jacobian.T @ (matrix @ jacobian)))
+
+
+def solve(metric: Any, right: Any, regularisation: float) -> Any:
+    """(M + epsilon I)^-1 times each column, by Cholesky's factorisation without roots."""
+    size = metric.size1()
+    diagonal, lower, order = casadi.ldl(casadi.densify(metric + regularisation * casadi.SX.eye(size)))
+    return casadi.ldl_solve(casadi.densify(right), diagonal, lower, order)

@@ -10,14 +10,7 @@ from typing import Any
 import casadi
 
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.specs import Spec
-
-
-def solve(metric: Any, right: Any, regularisation: float) -> Any:
-    """(M + epsilon I)^-1 times each column, by Cholesky's factorisation without roots."""
-    size = metric.size1()
-    diagonal, lower, order = casadi.ldl(casadi.densify(metric + regularisation * casadi.SX.eye(size)))
-    return casadi.ldl_solve(casadi.densify(right), diagonal, lower, order)
+from pytest_lpb.planner.fabrics.specs import Spec, solve
 
 
 def energised(metric: Any, force: Any, energy_force: Any, w: Any, regularisation: float) -> Any:
@@ -27,13 +20,7 @@ def energised(metric: Any, force: Any, energy_force: Any, w: Any, regularisation
 
 
 def controlled(
-    geometry: Spec,
-    forced: Spec,
-    w: Any,
-    target_velocity: Any,
-    distance: Any,
-    parameters: FabricsParameters,
-    step: float,
+    geometry: Spec, forced: Spec, w: Any, target_velocity: Any, distance: Any, parameters: FabricsParameters
 ) -> Any:
     """The acceleration of the inputs, (n, 1).
 
@@ -44,11 +31,10 @@ def controlled(
         target_velocity: velocity of the inputs that follows moving targets, times the forced metric (n, 1).
         distance: from the goal [m or rad].
         parameters: damping and speed.
-        step: [s] of an implicit step; 0: explicit.
     """
     epsilon = parameters.regularisation
-    h = solve(geometry.metric + step * geometry.damping, geometry.force, epsilon)
-    solved = solve(forced.metric + step * forced.damping, casadi.horzcat(forced.force, target_velocity), epsilon)
+    h = solve(geometry.metric, geometry.force, epsilon)
+    solved = solve(forced.metric, casadi.horzcat(forced.force, target_velocity), epsilon)
     h_forced, follow = solved[:, 0], solved[:, 1]
     twice = 2.0 * casadi.SX.eye(w.numel())  # metric of the execution energy, the squared speed
     nothing = casadi.SX.zeros(w.numel(), 1)

@@ -300,7 +300,7 @@ def enclosing_ball(points: FloatArray) -> tuple[FloatArray, float]:
                 break
             del support[least]
             continue
-        share, met = _way(points, centre, step, support)
+        share, met = _way(points, centre, step, points[support[0]])
         centre = centre + min(share, 1.0) * step
         if share < 1.0:
             support.append(met)
@@ -312,8 +312,7 @@ def _way(points: FloatArray, centre: FloatArray, step: FloatArray, support: list
     first = points[support[0]]
     distance = _squares(points - centre)
     closing = 2.0 * ((first - points) @ step)
-    closing[support] = 0.0
-    # Points that the step does not bring nearer, and others in the support's plane, are never met.
+    # Never met: points that the step does not bring nearer, the support and what lies in its plane.
     approached = closing > 1e-12 * sqrt(float(step @ step) * distance[support[0]])
     shares = np.full(len(points), inf)
     gap = np.maximum(distance[support[0]] - distance, 0.0)

@@ -134,9 +134,10 @@ def test_balls_are_where_the_robot_s_own_kinematics_have_them(name: str) -> None
     centres = casadi.horzcat(*(ball.place(state.frames) for ball in geometries.balls))
     function = casadi.Function("centres", [state.q], [centres])
     for q, _ in random_states(state.robot, 2, STATES):
-        poses = [state.robot.forward_kinematics(q, ball.link) for ball in geometries.balls]
-        expected = [pose[:d, :d] @ ball.centre + pose[:d, d] for pose, ball in zip(poses, geometries.balls, strict=True)]
-        assert np.array(function(q)).T == pytest.approx(np.array(expected), abs=1e-9)
+        found = np.array(function(q)).T
+        for ball, centre in zip(geometries.balls, found, strict=True):
+            pose = state.robot.forward_kinematics(q, ball.link)
+            assert centre == pytest.approx(pose[:d, :d] @ ball.centre + pose[:d, d], abs=1e-9)
 
 
 def test_a_cart_s_inputs_are_forward_and_turning_speed() -> None:
@@ -239,7 +240,7 @@ def test_a_cart_is_steered_by_a_point_ahead_whose_error_vanishes_at_the_goal_onl
     state, reference, error, entry = error_of("cart, ahead", lookahead)
     function = casadi.Function("error", [state.q, reference.value], [error])
     for q, _ in random_states(state.robot, 6, 20):
-        distance = np.linalg.norm(q[:2] - entry["target"])
+        distance = float(np.linalg.norm(q[:2] - entry["target"]))
         found = np.array(function(q, entry["target"])).ravel()
         ahead = found - (q[:2] - entry["target"])
         assert ahead / np.linalg.norm(ahead) == pytest.approx([np.cos(q[2]), np.sin(q[2])])
@@ -253,8 +254,8 @@ def test_a_cart_is_steered_by_a_point_ahead_whose_error_vanishes_at_the_goal_onl
 OWN: dict[str, list[list[str]]] = {
     "arm": [["base", "link3"], ["base", "link2"]],
     "panda": [["panda_link0", "panda_link5"], ["panda_link1", "panda_hand"], ["panda_link2", "panda_link6"]],
-    "panda on wheels": [["mobile_base", "panda_link5"], ["panda_link1", "panda_hand"]],
-    "arm on a car": [["mobile_base", "link3"], ["base", "link3"], ["link1", "link3"]],
+    "panda on wheels": [["panda_link0", "panda_link5"], ["panda_link0", "panda_hand"]],
+    "arm on a car": [["base", "link3"], ["link1", "link3"]],
 }
 
 
@@ -263,7 +264,7 @@ def test_distances_between_own_bodies_change_as_their_maps_say(name: str) -> Non
     state = State(robot_from({**ROBOTS[name], "self_collision_pairs": OWN[name]}))
     geometries = geometries_of(state, self_collision_reach=10.0)
     maps = [mapped for mapped, _ in geometries._own_bodies()]
-    assert len(maps) > 1
+    assert len(maps) == len(OWN[name])
     for place, mapped in enumerate(maps):
         function = casadi.Function("own", [state.q, state.inputs], dense(mapped), {"cse": True})
         assert_differentiated(state, function, seed=10 * place, count=2)
@@ -301,7 +302,7 @@ def test_distances_to_planes_change_as_their_maps_say(name: str, plane: tuple[fl
 HOLDERS: dict[tuple[int, type[Part]], tuple[str, str]] = {
     (2, Ball): ("cart in the plane", "base"),
     (2, Segment): ("arm", "link3"),
-    (3, Ball): ("panda", "panda_link7"),
+    (3, Ball): ("panda on wheels", "panda_link7"),
     (3, Segment): ("arm on a car", "link3"),
     (3, Block): ("arm on a car", "mobile_base"),
 }
@@ -337,7 +338,7 @@ def distance_map(state: State, link: str, kind: type[Part], shape: str, **parame
     told = {}
     for geometry in ("1", "x", "xdot"):
         leaves = {"base_energy": "0", "obstacle_energy": "0.5 * xdot**2", "obstacle_geometry": geometry}
-        geometries = geometries_of(state, links="exact", **leaves, **parameters)
+        geometries = geometries_of(state, **{"links": "exact", **leaves, **parameters})
         part = [part for part in geometries.parts if part.link == link and type(part) is kind][-1]
         geometries.parts = [part]
         told[geometry] = geometries.total({shape: numbers})
@@ -357,11 +358,8 @@ def test_distances_to_moving_obstacles_change_as_their_maps_say(
     name, link = HOLDERS[dimension, kind]
     state = State(robot(name))
     function = distance_map(state, link, kind, shape, distance=distance)
-    generator = np.random.default_rng(SEEDS.get((kind, shape), 0))
+    generator = np.random.default_rng(0)
     for seed in range(STATES):
         motion = generator.uniform(-0.6, 0.6, (dimension, 3))
         motion[:, 0] *= 2.5 / np.linalg.norm(motion[:, 0])  # too far to touch
         assert_differentiated(state, function, motion, seed=20 + seed, count=1)
-
-
-SEEDS: dict[tuple[type[Part], str], int] = {}

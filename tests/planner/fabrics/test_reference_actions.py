@@ -82,9 +82,9 @@ def test_with_the_sign_of_the_theory_actions_differ(kind: str) -> None:
 
 @pytest.mark.parametrize(("velocity", "agree"), [([0.6, 0.0], True), ([0.0, 0.6], False)])
 def test_signs_agree_where_a_point_moves_straight_at_a_disc(velocity: list[float], agree: bool) -> None:
+    robot, goals = planar(problems.POINT), [goal("position", [2, 1], link="body")]
     disc = obstacle("circle", [1.0, 0.0], radius=0.3)
     theory, reference = (
-        act(planar(problems.POINT), [0, 0], velocity, [goal("position", [2, 1], link="body")], [disc], curvature_term=sign)
-        for sign in ("theory", "reference")
+        act(robot, [0, 0], velocity, goals, [disc], curvature_term=sign) for sign in ("theory", "reference")
     )
     assert np.allclose(theory, reference, rtol=0.0, atol=1e-12) is agree

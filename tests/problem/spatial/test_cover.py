@@ -124,8 +124,6 @@ def test_balls_hold_every_point_of_a_shape(shape: Geometry, excess: float, most:
     balls = covering_balls(shape, excess, most)
     assert 1 <= len(balls) <= most
     assert outside(points_of(shape, 300, np.random.default_rng(seed)), balls) < ROUNDING
-    for one, other in combinations(balls, 2):
-        assert np.linalg.norm(np.subtract(one[:3], other[:3])) > abs(one[3] - other[3])  # neither in the other
 
 
 def write_mesh(path: Path, corners: FloatArray) -> Geometry:
@@ -152,6 +150,17 @@ def test_balls_hold_a_mesh_of_any_form(count: int, stretch: tuple[float, ...], t
         assert outside(corners @ shape.origin[:3, :3].T + shape.origin[:3, 3], balls) < COARSE * np.ptp(corners)
         largest.append(max(ball[3] for ball in balls))
     assert largest[-1] < 0.75 * largest[0]
+
+
+def test_a_ball_within_another_is_left_out(tmp_path: Path) -> None:
+    """The best cover of this tetrahedron by five balls or fewer has four pieces; the ball of one is in another's."""
+    corners = np.array([[0.1, -0.2, 0.4], [0.0, -0.2, -0.2], [-0.3, 0.1, 0.0], [0.1, 0.3, 0.0]])
+    shape = write_mesh(tmp_path / "tetrahedron.obj", corners)
+    balls = covering_balls(shape, 0.0, 5)
+    assert len(balls) == 3
+    for one, other in combinations(balls, 2):
+        assert np.linalg.norm(np.subtract(one[:3], other[:3])) > abs(one[3] - other[3])  # neither in the other
+    assert outside(points_of(shape, 3000, np.random.default_rng(3)), balls) < ROUNDING
 
 
 @pytest.mark.parametrize("entry", [PANDA, KUKA, HUSKY], ids=lambda entry: str(entry["model"]))
@@ -215,6 +224,12 @@ def test_a_cube_is_not_split_in_vain() -> None:
     assert len(covering_balls(cube, 0.0, 8)) == 8
 
 
+def test_a_box_is_split_for_a_little_only_where_that_is_enough() -> None:
+    """One ball reaches 0.099 m beyond this box and two reach 0.088 m: an eighth less."""
+    box = Geometry("box", (0.2, 0.2, 0.28))
+    assert [len(covering_balls(box, excess, 2)) for excess in (0.1, 0.09, 0.08)] == [1, 2, 1]
+
+
 @given(radius=LENGTHS, length=LENGTHS)
 def test_a_cylinders_ball_is_hardly_larger_than_need_be(radius: float, length: float) -> None:
     ball = only(covering_balls(Geometry("cylinder", (radius, length)), 0.0, 1))
@@ -234,7 +249,8 @@ def reach(shape: Geometry, balls: Sequence[Ball]) -> float:
 def test_a_box_is_split_until_no_ball_reaches_far_beyond_it(shape: Geometry, excess: float, most: int) -> None:
     balls = covering_balls(shape, excess, most)
     reaches = [reach(shape, covering_balls(shape, 0.0, count)) for count in range(1, most + 1)]
-    assert reach(shape, balls) <= max(excess, PAYS * min(reaches)) + ROUNDING
+    enough = excess if min(reaches) <= excess else PAYS * min(reaches)
+    assert reach(shape, balls) <= enough + ROUNDING
     for fewer in range(1, len(balls)):  # none of which would have done
         assert reach(shape, covering_balls(shape, excess, fewer)) > max(excess, reach(shape, balls)) - ROUNDING
 
@@ -244,8 +260,6 @@ def test_a_box_is_split_until_no_ball_reaches_far_beyond_it(shape: Geometry, exc
 def test_more_balls_are_no_larger(shape: Geometry, excess: float) -> None:
     largest = [max(ball[3] for ball in covering_balls(shape, excess, most)) for most in (1, 2, 3, 5, 9)]
     assert np.diff(largest).max() <= ROUNDING
-    wider = max(ball[3] for ball in covering_balls(shape, excess + 0.05, 9))
-    assert wider >= largest[-1] - ROUNDING
 
 
 def volume(balls: Sequence[Ball], rng: np.random.Generator) -> float:
