@@ -300,25 +300,23 @@ def enclosing_ball(points: FloatArray) -> tuple[FloatArray, float]:
                 break
             del support[least]
             continue
-        share, met = _way(points, centre, step, points[support[0]])
+        share, met = _way(points, centre, step, first)
         centre = centre + min(share, 1.0) * step
         if share < 1.0:
             support.append(met)
     return centre, sqrt(_squares(points - centre).max())
 
 
-def _way(points: FloatArray, centre: FloatArray, step: FloatArray, support: list[int]) -> tuple[float, int]:
-    """The share of a step until a point is as far from the centre as the support is, and that point."""
-    first = points[support[0]]
-    distance = _squares(points - centre)
+def _way(points: FloatArray, centre: FloatArray, step: FloatArray, first: FloatArray) -> tuple[float, int]:
+    """The share of a step after which another point is as far from the centre as `first` is, and that point."""
+    squares, square = _squares(points - centre), float((first - centre) @ (first - centre))
     closing = 2.0 * ((first - points) @ step)
-    # Never met: points that the step does not bring nearer, the support and what lies in its plane.
-    approached = closing > 1e-12 * sqrt(float(step @ step) * distance[support[0]])
+    # Never met: points that the step does not bring nearer to the surface, as those on it and in their plane.
+    met = closing > 1e-12 * sqrt(float(step @ step) * square)
     shares = np.full(len(points), inf)
-    gap = np.maximum(distance[support[0]] - distance, 0.0)
-    np.divide(gap, closing, out=shares, where=approached)
-    met = int(shares.argmin())
-    return float(shares[met]), met
+    np.divide(np.maximum(square - squares, 0.0), closing, out=shares, where=met)
+    nearest = int(shares.argmin())
+    return float(shares[nearest]), nearest
 
 
 def _squares(rows: FloatArray) -> FloatArray:

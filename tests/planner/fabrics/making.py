@@ -145,6 +145,6 @@ def random_states(robot: Robot, seed: int, count: int) -> Iterator[tuple[Array, 
         yield generator.uniform(limits[:, 0], limits[:, 1]), generator.uniform(-0.8, 0.8, robot.n_actions)
 
 
-def geometries_of(state: State, *, step: float = 0.0, **parameters: Any) -> Geometries:
+def geometries_of(state: State, **parameters: Any) -> Geometries:
     """The geometries of a robot."""
-    return Geometries(state, FabricsParameters(**parameters), step)
+    return Geometries(state, FabricsParameters(**parameters))

@@ -14,7 +14,8 @@ from scipy.integrate import solve_ivp
 from pytest_lpb.planner.fabrics.layout import Slot
 from pytest_lpb.planner.fabrics.maps import State
 from pytest_lpb.planner.fabrics.shapes import SHAPES
-from pytest_lpb.planner.fabrics.speed import energised, solve
+from pytest_lpb.planner.fabrics.specs import solve
+from pytest_lpb.planner.fabrics.speed import energised
 from pytest_lpb.problem.robot import robot_from
 from tests.planner import problems
 from tests.problem.spatial.robots import PANDA
@@ -110,8 +111,7 @@ def rollout(function: casadi.Function, scene: Scene, times: Array, faster: float
     size = len(scene.q)
 
     def rates(_: float, state: Array) -> Array:
-        qd, acceleration, _ = function(state[:size], state[size:])
-        return np.concatenate([np.array(qd).ravel(), np.array(acceleration).ravel()])
+        return np.concatenate([np.array(part).ravel() for part in function(state[:size], state[size:])[:2]])
 
     start = np.array([*scene.q, *(faster * np.array(scene.w))])
     solved = solve_ivp(
@@ -137,6 +137,13 @@ def drift(name: str, **parameters: Any) -> float:
 @pytest.mark.parametrize("name", SCENES)
 def test_energised_geometries_keep_their_energy(name: str) -> None:
     assert drift(name) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["arm", "cart", "panda"])
+def test_energy_is_kept_with_the_reference_s_sign_too(name: str) -> None:
+    # What keeps it comes from the energies, which are pulled back with +1 always. The sign of geometries bends paths.
+    # The point is left out: with this sign it is turned back into a limit, nearer than `closest`, where energies stop.
+    assert drift(name, curvature_term="reference") < 1e-6
 
 
 @pytest.mark.parametrize("name", SCENES)

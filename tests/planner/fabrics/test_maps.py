@@ -263,7 +263,7 @@ OWN: dict[str, list[list[str]]] = {
 def test_distances_between_own_bodies_change_as_their_maps_say(name: str) -> None:
     state = State(robot_from({**ROBOTS[name], "self_collision_pairs": OWN[name]}))
     geometries = geometries_of(state, self_collision_reach=10.0)
-    maps = [mapped for mapped, _ in geometries._own_bodies()]
+    maps = [leaf.mapped for leaf in geometries._own_bodies()]
     assert len(maps) == len(OWN[name])
     for place, mapped in enumerate(maps):
         function = casadi.Function("own", [state.q, state.inputs], dense(mapped), {"cse": True})
@@ -272,7 +272,7 @@ def test_distances_between_own_bodies_change_as_their_maps_say(name: str) -> Non
 
 def test_distances_to_limits_change_as_their_maps_say() -> None:
     state = State(robot("panda"))
-    maps = [mapped for mapped, _ in geometries_of(state)._limits()]
+    maps = [leaf.mapped for leaf in geometries_of(state)._limits()]
     assert len(maps) == 2 * state.robot.dof
     q, w = np.linspace(-1.0, 1.0, 7), np.linspace(0.2, 0.8, 7)
     values = casadi.Function("limits", [state.q], [casadi.vertcat(*(mapped.value for mapped in maps))])
@@ -289,7 +289,7 @@ def test_distances_to_limits_change_as_their_maps_say() -> None:
 def test_distances_to_planes_change_as_their_maps_say(name: str, plane: tuple[float, ...]) -> None:
     state = State(robot(name))
     geometries = geometries_of(state, planes=(plane,))
-    maps = [mapped for mapped, _ in geometries._planes()]
+    maps = [leaf.mapped for leaf in geometries._planes()]
     assert len(maps) == len(geometries.balls)
     for mapped in maps[-2:]:
         function = casadi.Function("plane", [state.q, state.inputs], dense(mapped), {"cse": True})
