@@ -1,1 +1,1 @@
-"""Planners: the base class, how they are found and configured, and the two that come with the package."""
+"""Planners: the base class, how they are found and configured, and those that come with the package."""

@@ -193,7 +193,7 @@ class Geometries:
         """Distances between the robot's own bodies, per sum of their radii."""
         parameters = self._parameters
         leaf = self._leaf(parameters.self_collision_energy, parameters.self_collision_geometry)
-        pairs = [] if leaf.idle else pairs_of(self._state.robot, parameters.self_collision_reach)
+        pairs = [] if leaf.idle else pairs_of(self._state.robot, parameters)
         places = iter(self._places([part for pair in pairs for part in pair]))
         for (first, second), one, other in zip(pairs, places, places, strict=True):
             mapped = _between(first, second, one, other)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pytest_lpb.planner.base import ObstacleInfo
 from pytest_lpb.planner.fabrics.parts import ObstacleSymbols
 from pytest_lpb.planner.fabrics.shapes import SHAPES
 from pytest_lpb.symbolic.kinematics import TURNS
@@ -53,3 +56,14 @@ class Slot:
         """An obstacle as the symbols (length, 1) say."""
         turn = TURNS[self.dimension](numbers[self.turn]) if self.turn.stop > self.turn.start else None
         return ObstacleSymbols(self.shape, turn, numbers[self.sizes])
+
+
+def capacities(obstacles: Sequence[ObstacleInfo]) -> dict[str, int]:
+    """Slots per shape: the next of 1, 2, 3, 4, 6, 8, 12, 16, .. that hold the obstacles."""
+    counts = Counter(obstacle.shape for obstacle in obstacles)
+    return {shape: _capacity(counts[shape]) for shape in sorted(counts)}
+
+
+def _capacity(count: int) -> int:
+    power = 1 << (count - 1).bit_length()
+    return 3 * power // 4 if count <= 3 * power // 4 and power > 2 else power

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.composition import Composer
+from pytest_lpb.planner.fabrics.layout import capacities
 from pytest_lpb.planner.fabrics.observed import Fill, MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.shapes import MESH
@@ -73,15 +74,17 @@ class _Key:
 
     def __init__(self, problem: PlannerProblem, parameters: FabricsParameters) -> None:
         self.problem = problem
-        self.parameters = parameters
+        # Where nothing moves, what is composed for obstacles that stand does the same with fewer operations.
+        moving = parameters.obstacle_motion and any(obstacle.moving for obstacle in problem.obstacles)
+        self.parameters = dataclasses.replace(parameters, obstacle_motion=moving)
         self.period = problem.period if parameters.brake else 0.0
-        self.capacities = dict(problem.structure.shapes)
+        self.capacities = capacities(problem.obstacles)
         goals = [
             [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]
             for goal in problem.goal
         ]
         self._text = canonical_json(
-            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(parameters), self.period]
+            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(self.parameters), self.period]
         )
 
     def __hash__(self) -> int:

@@ -30,6 +30,14 @@ def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
     return parts
 
 
+def balls_of(robot: Robot, parameters: FabricsParameters) -> dict[str, list[Part]]:
+    """Balls that cover each collision body."""
+    balls: dict[str, list[Part]] = {}
+    for part in _PARTS[robot.dimension](robot, parameters):
+        balls.setdefault(part.body, []).extend(part.balls(parameters.sphere_excess))
+    return balls
+
+
 def capsules_of(robot: Robot) -> dict[str, list[Part]]:
     """Balls and capsules that hold each collision body, for distances between bodies."""
     return {
