@@ -44,7 +44,7 @@ class Damping:
         """
         excess = casadi.fmax(-rate * horizon / casadi.fmax(distance, TOUCHING) - 1.0, 0.0)
         share = excess / (mobility + SLIGHT)
-        return cls(share * jacobian.T @ jacobian, share * jacobian.T * own)
+        return cls(congruent(jacobian, share), share * jacobian.T * own)
 
     def pulled_back(self, jacobian: Any) -> Damping:
         """The same for velocities of which these ones are the product with a Jacobian."""

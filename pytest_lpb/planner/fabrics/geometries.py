@@ -21,8 +21,9 @@ from pytest_lpb.planner.fabrics.layout import Slot
 from pytest_lpb.planner.fabrics.leaves import ScalarLeaf
 from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Part, distance_between
+from pytest_lpb.planner.fabrics.parts import Ball, Part, ends_of
 from pytest_lpb.planner.fabrics.robot_parts import parts_of
+from pytest_lpb.planner.fabrics.segments import segment_derivatives
 from pytest_lpb.planner.fabrics.self_collision import pairs_of
 from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
 from pytest_lpb.planner.fabrics.specs import SIGNS, Mapped, Spec
@@ -70,16 +71,20 @@ class Geometries:
     def total(self, obstacles: Mapping[str, Any]) -> Spec:
         """The sum of all geometries over the inputs; `obstacles` are the symbols by shape."""
         total = self._base()
-        for leaves in (self._limits(), self._obstacles(obstacles), self._planes(), self._own_bodies()):
-            for leaf in leaves:
-                total += leaf.spec.pulled_back(leaf.mapped, self._sign)
+        for leaf in (*self._of_one, *self._obstacles(obstacles)):
+            total += leaf.spec.pulled_back(leaf.mapped, self._sign)
         return total
+
+    @cached_property
+    def _of_one(self) -> list[Leaf]:
+        """Leaves of one coordinate that the state alone decides."""
+        return [*self._limits(), *self._planes(), *self._own_bodies()]
 
     def damping(self, obstacles: Mapping[str, Any], wanted: Any) -> Damping:
         """The brake's dampers along all distances, where the inputs (n, 1) are wanted to be `wanted`."""
         total = Damping.nothing(self._state.size)
         parameters = self._parameters
-        for leaf in (*self._limits(), *self._planes(), *self._own_bodies()):
+        for leaf in self._of_one:
             mapped = leaf.mapped
             left = mapped.value - parameters.margin / leaf.unit
             rate = mapped.jacobian @ wanted
@@ -238,21 +243,19 @@ def _mobility(mapped: Mapped) -> Any:
 
 
 def _between(first: Part, second: Part, one: Mapped, other: Mapped) -> Mapped:
-    """The map to the distance between two parts, of the maps to their places."""
-    sizes = one.value.numel(), other.value.numel()
-    place, velocity = casadi.SX.sym("place", sum(sizes)), casadi.SX.sym("velocity", sum(sizes))
-    x = distance_between(first, second, casadi.vertsplit(place, [0, sizes[0], sum(sizes)]))
-    inner = derivatives(x / (first.radius + second.radius), (place, velocity))
-    parts = [casadi.densify(each) for each in (inner.value, inner.velocity, inner.jacobian, inner.curvature)]
-    function = casadi.Function("between", [place, velocity], parts, {"cse": True})
-    value, rate, gradient, curvature = function(
-        casadi.vertcat(one.value, other.value), casadi.vertcat(one.velocity, other.velocity)
+    """The map to the distance between two parts, per sum of their radii, of the maps to their places."""
+    inner = segment_derivatives(
+        ends_of(first, one.value),
+        ends_of(second, other.value),
+        ends_of(first, one.velocity),
+        ends_of(second, other.velocity),
     )
-    jacobian = gradient @ casadi.vertcat(one.jacobian, other.jacobian)
+    unit = first.radius + second.radius
+    curvature = inner.curvature + inner.jacobian @ casadi.vertcat(one.curvature, other.curvature)
     return Mapped(
-        value,
-        rate,
-        jacobian,
-        curvature + gradient @ casadi.vertcat(one.curvature, other.curvature),
-        casadi.SX.zeros(1, 1),
+        inner.value / unit - 1.0,
+        inner.velocity / unit,
+        inner.jacobian @ casadi.vertcat(one.jacobian, other.jacobian) / unit,
+        curvature / unit,
+        inner.drift,
     )

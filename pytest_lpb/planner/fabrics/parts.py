@@ -14,7 +14,8 @@ from typing import Any, ClassVar
 import casadi
 import numpy as np
 
-from pytest_lpb.planner.fabrics.shapes import SHAPES, segment_distance
+from pytest_lpb.planner.fabrics.segments import segment_distance
+from pytest_lpb.planner.fabrics.shapes import SHAPES
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.symbolic.kinematics import Frames
 
@@ -187,16 +188,16 @@ def part_of_capsule(body: str, link: str, capsule: Sequence[float]) -> Part:
     return Ball(body, link, radius, start) if start == end else Segment(body, link, radius, start, end)
 
 
-def distance_between(first: Part, second: Part, places: Sequence[Any]) -> Any:
-    """Distance [m] between two balls or capsules of a robot, by their places."""
-    ends, others = (_ends(part, place) for part, place in zip((first, second), places, strict=True))
-    return segment_distance(ends, others) - first.radius - second.radius
-
-
-def _ends(part: Part, place: Any) -> list[Any]:
-    """Centre of a ball, or both cap centres of a capsule."""
+def ends_of(part: Part, place: Any) -> list[Any]:
+    """Centre of a ball, or both cap centres of a capsule, of its place or of the place's velocity."""
     parts: list[Any] = casadi.vertsplit(place, place.numel() // 2) if isinstance(part, Segment) else [place]
     return parts
+
+
+def distance_between(first: Part, second: Part, places: Sequence[Any]) -> Any:
+    """Distance [m] between two balls or capsules of a robot, by their places."""
+    ends, others = (ends_of(part, place) for part, place in zip((first, second), places, strict=True))
+    return segment_distance(ends, others) - first.radius - second.radius
 
 
 def _plus(point: tuple[float, ...], offset: Sequence[float] | FloatArray) -> tuple[float, ...]:

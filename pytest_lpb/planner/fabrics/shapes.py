@@ -5,7 +5,7 @@ All lengths in m. Kinks (edges of boxes, ends of segments) have one-sided deriva
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,39 +87,3 @@ SHAPES: Mapping[str, Shape] = {
     MESH: Shape(lambda obstacle: (), 0, lambda local, size: length(local), lambda size: 0.0, turns=False),  # noqa: ARG005
     "cylinder": Shape(_long, 2, _to_cylinder, lambda size: casadi.fmin(size[0], 0.5 * size[1])),
 }
-
-
-PARALLEL = 1e-9  # relative: segments nearer to parallel than this have any of their nearest points
-
-
-def segment_distance(ends: Sequence[Any], others: Sequence[Any]) -> Any:
-    """Distance [m] between two segments, each given by its ends, or points, given alone."""
-    if len(others) > len(ends):
-        return segment_distance(others, ends)
-    if len(ends) == 1:
-        return length(ends[0] - others[0])
-    if len(others) == 1:
-        return _to_point(ends[0], ends[1], others[0])
-    return _to_segment(ends[0], ends[1], others[0], others[1])
-
-
-def _to_point(start: Any, end: Any, point: Any) -> Any:
-    along = end - start
-    share = casadi.dot(point - start, along) / (casadi.sumsqr(along) + TINY)
-    return length(start + _clipped(share) * along - point)
-
-
-def _to_segment(a: Any, b: Any, c: Any, d: Any) -> Any:
-    """Between the segments a-b and c-d (Ericson, Real-Time Collision Detection, 2005, section 5.1.9)."""
-    first, second, offset = b - a, d - c, a - c
-    aa, bb, ab = casadi.sumsqr(first) + TINY, casadi.sumsqr(second) + TINY, casadi.dot(first, second)
-    ac, bc = casadi.dot(first, offset), casadi.dot(second, offset)
-    s = _clipped((ab * bc - ac * bb) / (aa * bb - ab * ab + PARALLEL * aa * bb))
-    t = (ab * s + bc) / bb
-    # Where the nearest point of the second line lies beyond its segment, the first one follows its end.
-    s = casadi.if_else(t < 0.0, _clipped(-ac / aa), casadi.if_else(t > 1.0, _clipped((ab - ac) / aa), s))
-    return length(offset + s * first - _clipped(t) * second)
-
-
-def _clipped(share: Any) -> Any:
-    return casadi.fmin(casadi.fmax(share, 0.0), 1.0)

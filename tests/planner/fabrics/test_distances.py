@@ -10,7 +10,7 @@ from typing import Any
 import casadi
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from pytest_lpb.planner.fabrics.layout import Slot
@@ -18,7 +18,8 @@ from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Block, ObstacleSymbols, Part, Segment, distance_between
 from pytest_lpb.planner.fabrics.robot_parts import capsules_of, parts_of
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES, segment_distance
+from pytest_lpb.planner.fabrics.segments import segment_distance
+from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
 from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import Robot, robot_from
@@ -253,6 +254,19 @@ def test_distances_of_segments_are_those_of_brute_force(
     # Segments turned against one another by less than the root of PARALLEL have any of their nearest points.
     assert float(SEGMENTS[2, 2](*points)) == pytest.approx(expected, abs=5e-5)
     assert float(SEGMENTS[2, 2](*points[2:], *points[:2])) == pytest.approx(expected, abs=5e-5)
+
+
+@given(COORDINATES, st.floats(-50.0, 50.0), st.floats(0.1, 5.0))
+def test_long_parallel_segments_have_the_distance_of_their_lines(
+    along: list[float], shift: float, distance: float
+) -> None:
+    # 200 m long and shifted by less: they lie side by side, and any of their nearest points will do.
+    assume(np.linalg.norm(along) > 0.1)
+    direction = np.array(along) / np.linalg.norm(along)
+    across = np.cross(direction, np.eye(3)[np.abs(direction).argmin()])
+    offset = shift * direction + distance * across / np.linalg.norm(across)
+    ends = [-100.0 * direction, 100.0 * direction]
+    assert float(SEGMENTS[2, 2](*ends, *(end + offset for end in ends))) == pytest.approx(distance, abs=1e-6)
 
 
 @given(COORDINATES, COORDINATES, COORDINATES)

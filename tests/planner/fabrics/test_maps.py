@@ -363,3 +363,34 @@ def test_distances_to_moving_obstacles_change_as_their_maps_say(
         motion = generator.uniform(-0.6, 0.6, (dimension, 3))
         motion[:, 0] *= 2.5 / np.linalg.norm(motion[:, 0])  # too far to touch
         assert_differentiated(state, function, motion, seed=20 + seed, count=1)
+
+
+# What x is measured by where it is relative: the sum of the part's radius and that of the largest ball in the obstacle.
+INSCRIBED = {"circle": 0.3, "sphere": 0.3, "rectangle": 0.1, "box": 0.1, "capsule": 0.15, "cylinder": 0.2, MESH: 0.0}
+
+
+@pytest.mark.parametrize(("dimension", "kind", "shape"), PAIRS)
+def test_relative_distances_are_per_sum_of_radii(dimension: int, kind: type[Part], shape: str) -> None:
+    name, link = HOLDERS[dimension, kind]
+    state = State(robot(name))
+    parts = geometries_of(state, links="exact").parts
+    radius = [part.radius for part in parts if part.link == link and type(part) is kind][-1]
+    relative, metric = (distance_map(state, link, kind, shape, distance=way) for way in ("relative", "metric"))
+    motion = np.zeros((dimension, 3))
+    motion[:, 0] = 3.0
+    (state_now,) = random_states(state.robot, 30, 1)
+    distance = float(metric(*state_now, motion)[0])
+    assert float(relative(*state_now, motion)[0]) == pytest.approx(distance / (radius + INSCRIBED[shape]))
+
+
+def test_a_cylinder_s_largest_ball_may_be_as_wide_as_it_is() -> None:
+    assert float(SHAPES["cylinder"].inscribed(casadi.DM([0.25, 0.4]))) == 0.2
+    assert float(SHAPES["cylinder"].inscribed(casadi.DM([0.25, 4.0]))) == 0.25
+
+
+def test_errors_of_headings_are_wrapped_and_those_of_joints_are_not() -> None:
+    for name, joint, expected in (("cart in the plane", "theta", 6.0 - 2.0 * np.pi), ("arm", "joint3", 6.0)):
+        state = State(robot(name))
+        entry = goal("joint", [-3.0], joints=[joint])
+        error = ERRORS[2, "joint"](state, goal_info(entry), casadi.SX(-3.0), 0.3)
+        assert float(casadi.Function("error", [state.q], [error])([0.0, 0.0, 3.0])) == pytest.approx(expected)
