@@ -75,6 +75,9 @@ def read_yaml(content: bytes, name: str, expected: str = SCENARIO) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = mark.line + 1 if mark else 1
+        if "nesting depth" in str(error.problem):
+            # Newer parsers look ahead and have a bound of their own, far beyond ours.
+            raise ScenarioError(f"{name}:{line}: {TOO_DEEP}") from None
         context = f" ({error.context})" if error.context else ""
         raise ScenarioError(f"{name}:{line}: not YAML: {error.problem}{context}") from None
 
@@ -93,6 +96,9 @@ def _decoded(content: bytes, name: str) -> str:
         line = text.count("\n", 0, wrong.start()) + 1
         raise ScenarioError(f"{name}:{line}: found the control character U+{ord(wrong.group()):04X}, not text")
     return text
+
+
+TOO_DEEP = f"nested more than {MAX_DEPTH} levels deep; that is too deep"
 
 
 class _FaultError(Exception):
@@ -187,7 +193,7 @@ class _Builder:
         if self.stack and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None:
             raise _FaultError((line, "found a mapping or a list as a key; keys are text"))
         if len(self.stack) >= MAX_DEPTH:
-            raise _FaultError((line, f"nested more than {MAX_DEPTH} levels deep; that is too deep"))
+            raise _FaultError((line, TOO_DEEP))
         if anchor:
             self.anchors[anchor] = None
         self.stack.append(_Open(data, line, anchor, self.nodes))

@@ -41,7 +41,8 @@ def test_timeout() -> None:
 def test_stalled() -> None:
     text = message("Still", goal=[position_goal([5.0, 0.0])], duration=6.0)
     assert text == (
-        "came to a standstill 5.00 m from the goal (tolerance 0.10 m) after 6.0 s, no nearer since t = 0 s: a local minimum or a cycle"
+        "came to a standstill 5.00 m from the goal (tolerance 0.10 m) after 6.0 s, "
+        "no nearer since t = 0 s: a local minimum or a cycle"
     )
 
 

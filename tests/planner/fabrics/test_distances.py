@@ -18,7 +18,7 @@ from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Block, ObstacleSymbols, Part, Segment, distance_between
 from pytest_lpb.planner.fabrics.robot_parts import capsules_of, parts_of
-from pytest_lpb.planner.fabrics.segments import segment_distance
+from pytest_lpb.planner.fabrics.segments import segment_derivatives, segment_distance
 from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
 from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.obstacle import Obstacle
@@ -320,14 +320,48 @@ def test_derivatives_at_a_mesh_s_point_are_finite_anywhere() -> None:
     assert finite(Ball("body", "body", 0.1, (0.0, 0.0, 0.0)), 3, mesh, grid)
 
 
-@pytest.mark.parametrize("lengths", list(product([0.0, 0.5], repeat=2)))
-def test_derivatives_between_own_segments_are_finite_anywhere(lengths: tuple[float, float]) -> None:
-    one, other = (Segment("a", "a", 0.1, (0.0,) * 3, (length, 0.0, 0.0)) for length in lengths)
-    place, velocity = casadi.SX.sym("place", 12), casadi.SX.sym("velocity", 12)
-    mapped = derivatives(distance_between(one, other, casadi.vertsplit(place, [0, 6, 12])), (place, velocity))
-    parts = (mapped.value, mapped.velocity, mapped.jacobian.T, mapped.curvature)
-    function = casadi.Function("derivatives", [place, velocity], [casadi.vertcat(*map(casadi.densify, parts))])
+# Derivatives of segments' distances in closed form
+
+
+def with_slopes(one: int, other: int) -> tuple[casadi.Function, casadi.Function]:
+    """Functions of the points and their velocities: in closed form, and as CasADi differentiates the distance."""
+    points = [casadi.SX.sym(f"p{index}", 3) for index in range(one + other)]
+    rates = [casadi.SX.sym(f"v{index}", 3) for index in range(one + other)]
+    known = segment_derivatives(points[:one], points[one:], rates[:one], rates[one:])
+    place, rate = casadi.vertcat(*points), casadi.vertcat(*rates)
+    found = derivatives(segment_distance(points[:one], points[one:]), (place, rate))
+    functions = []
+    for mapped in (known, found):
+        parts = (mapped.value, mapped.velocity, mapped.jacobian.T, mapped.curvature)
+        functions.append(casadi.Function("slopes", [place, rate], [casadi.vertcat(*map(casadi.densify, parts))]))
+    return functions[0], functions[1]
+
+
+KINDS = {(one, other): with_slopes(one, other) for one, other in product((1, 2), (1, 2))}
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=str)
+def test_slopes_in_closed_form_are_those_of_the_distance(kind: tuple[int, int]) -> None:
+    known, found = KINDS[kind]
+    generator = np.random.default_rng(0)
+    for _ in range(100):
+        points, rates = generator.uniform(-1.0, 1.0, (2, 3 * sum(kind)))
+        expected = np.array(found(points, rates))
+        if np.abs(expected).max() < 100.0:  # not nearly parallel
+            assert np.array(known(points, rates)) == pytest.approx(expected, rel=1e-5, abs=1e-5)
+
+
+@pytest.mark.parametrize("lengths", list(product([0.0, 0.5], repeat=2)), ids=str)
+def test_slopes_are_finite_anywhere(lengths: tuple[float, float]) -> None:
+    known, _ = KINDS[2, 2]
     rate = np.random.default_rng(0).uniform(-1.0, 1.0, 12)
     for start, along in product(product([0.0, 0.25, 0.5], repeat=3), np.eye(3)):
         ends: list[Any] = [np.zeros(3), [lengths[0], 0.0, 0.0], start, np.array(start) + lengths[1] * along]
-        assert np.isfinite(np.array(function(np.ravel(ends), rate))).all()
+        assert np.isfinite(np.array(known(np.ravel(ends), rate))).all()
+
+
+def test_a_segment_that_slides_past_a_parallel_one_keeps_its_distance() -> None:
+    ends: list[Any] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.5, 0.0], [0.9, 0.5, 0.0]]
+    known, _ = KINDS[2, 2]
+    found = np.array(known(np.ravel(ends), np.array([0.3, 0.0, 0.0] * 2 + [0.0] * 6))).ravel()
+    assert found[[0, 1, -1]] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)

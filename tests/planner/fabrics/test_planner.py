@@ -276,6 +276,14 @@ def test_motion_of_obstacles_is_seen_unless_it_is_not_to_be() -> None:
     assert past([0.0, -0.5])[1] < unseen[1] - 0.01  # away from what comes from the left
 
 
+def test_one_obstacle_that_moves_among_others_is_seen() -> None:
+    coming = obstacle("circle", [0.3, 0.9], radius=0.3, velocity=[0.0, -0.5])
+    still = obstacle("circle", [0.3, -2.0], radius=0.3, name="other")
+    state = ([0.2, 0.0], [0.5, 0.0])
+    both = act(POINT, *state, AHEAD, [coming, still])
+    assert both[1] < act(POINT, *state, AHEAD, [coming, still], obstacle_motion=False)[1] - 0.01
+
+
 def test_accelerations_of_obstacles_are_seen() -> None:
     assert past([0.0, 0.0], acceleration=[0.0, -0.5])[1] < past([0.0, 0.0])[1] - 0.001
     unseen = past([0.0, 0.0], acceleration=[0.0, -0.5], obstacle_motion=False)

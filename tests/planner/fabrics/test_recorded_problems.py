@@ -1,4 +1,4 @@
-"""Problems 2 and 4 of localPlannerBench, which recorded fabrics on them: solved by the shipped and published parameters."""
+"""Problems 2 and 4 of localPlannerBench, solved by the shipped and by the published parameters."""
 
 from __future__ import annotations
 
