@@ -85,3 +85,14 @@ def turn_of_angle(angle: Any) -> Any:
 
 # Rotation matrices of orientations as observations have them, by dimension.
 TURNS: Mapping[int, Callable[[Any], Any]] = {2: turn_of_angle, 3: turn_of_quaternion}
+
+
+def velocity_map(robot: Robot, q: Any) -> Any:
+    """B with qd = B u, (dof, n_actions): `robot.action_map` as an expression."""
+    columns = input_map(robot, q)
+    if robot.base != "bicycle":
+        return columns
+    # u = (v, rate of the steering angle) where `input_map` has (v, turn rate).
+    columns[2, 1], columns[3, 1] = 0.0, 1.0
+    columns[2, 0] = casadi.tan(q[3]) / float(robot.entry["wheel_base"])
+    return columns

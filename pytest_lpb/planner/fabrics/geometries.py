@@ -127,10 +127,11 @@ class Geometries:
         """Distances of balls to planes [m]."""
         leaf = self._leaf(self._parameters.plane_energy, self._parameters.plane_geometry)
         for *normal, offset in self._parameters.planes:
-            outward = casadi.DM(np.array(normal) / np.linalg.norm(normal))
+            length = float(np.linalg.norm(normal))
+            outward = casadi.DM(np.array(normal) / length)
             for ball in self.balls:
                 height = casadi.dot(outward, ball.place(self._state.frames))
-                mapped = self._state.mapped(height - offset - ball.radius)
+                mapped = self._state.mapped(height - offset / length - ball.radius)
                 yield Leaf(mapped, leaf.spec(mapped.value, mapped.velocity))
 
     def _places(self, parts: Sequence[Part]) -> list[Mapped]:

@@ -13,6 +13,7 @@ import casadi
 
 from pytest_lpb.planner.base import GoalInfo
 from pytest_lpb.planner.fabrics.maps import State
+from pytest_lpb.planner.fabrics.parts import heading
 from pytest_lpb.planner.fabrics.robot_parts import steered
 from pytest_lpb.planner.fabrics.shapes import length
 from pytest_lpb.symbolic.kinematics import turn_of_quaternion
@@ -47,8 +48,7 @@ def _ahead(state: State, error: Any, lookahead: float) -> Any:
     """
     distance = length(error)
     ahead = NEAREST_SHARE * distance * lookahead / (NEAREST_SHARE * distance + lookahead)
-    theta = state.q[2]
-    return ahead * casadi.vertcat(casadi.cos(theta), casadi.sin(theta))
+    return ahead * heading(state.frames)[:2]
 
 
 def _angle(angle: Any) -> Any:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
 from pytest_lpb.planner.fabrics.layout import FAR_M, Slot
 from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
+from pytest_lpb.problem.spatial.rotations import matrix_of
 
+SPACING_M = 0.02  # [m] between the points that stand for a mesh
 KEYS = ("obstacle_position", "obstacle_velocity", "obstacle_acceleration")
 TIMES = ("", "_velocity", "_acceleration")
 
@@ -72,6 +77,22 @@ def _copy_rows(key: str, rows: slice | list[int], target: FloatArray) -> Fill:
     return fill
 
 
+def _tree(mesh: ObstacleInfo) -> Any:
+    """Points that stand for a mesh, to be searched."""
+    file = Path(mesh.file or "")
+    stat = file.stat()
+    return _searchable(str(file), mesh.scale, mesh.concave, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=64)
+def _searchable(file: str, scale: float, concave: bool, _changed: int, _size: int) -> Any:
+    from scipy.spatial import cKDTree  # late: few scenarios have meshes
+
+    from pytest_lpb.problem.spatial.meshes import surface_points
+
+    return cKDTree(surface_points(file, scale, SPACING_M, concave=concave))
+
+
 class MeshFill:
     """Fills in the nearest point of each mesh to each ball of the robot.
 
@@ -81,21 +102,11 @@ class MeshFill:
         numbers: the argument, a row per mesh and ball.
     """
 
-    SPACING_M = 0.02  # [m] between the points that stand for a mesh
-
     def __init__(
         self, obstacles: Sequence[ObstacleInfo], balls: Callable[[FloatArray], FloatArray], numbers: FloatArray
     ) -> None:
-        from scipy.spatial import cKDTree  # late: few scenarios have meshes
-
-        from pytest_lpb.problem.spatial.meshes import surface_points
-
         self._members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == MESH]
-        meshes = [obstacles[index] for index in self._members]
-        self._trees = [
-            cKDTree(surface_points(mesh.file or "", mesh.scale, self.SPACING_M, concave=mesh.concave))
-            for mesh in meshes
-        ]
+        self._trees = [_tree(obstacles[index]) for index in self._members]
         self._balls = balls
         self._slot = Slot(MESH, 3)
         self._numbers = numbers.reshape(-1, self._slot.length)
@@ -104,8 +115,6 @@ class MeshFill:
 
     def __call__(self, observation: Observation) -> None:
         """Fill in the points nearest to where the robot is."""
-        from pytest_lpb.problem.spatial.rotations import matrix_of
-
         centres = self._balls(observation["q"])
         count = len(centres)
         slot = self._slot

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -40,6 +41,14 @@ def _expression(*variables: str) -> AfterValidator:
     return AfterValidator(check)
 
 
+def _plane(numbers: tuple[float, ...]) -> tuple[float, ...]:
+    *normal, _ = numbers
+    if not all(map(isfinite, numbers)) or not any(normal):
+        raise ValueError("a plane is its outward normal, not all zero, and an offset [m]: 3 or 4 finite numbers")
+    return numbers
+
+
+Plane = Annotated[tuple[float, ...], Field(min_length=3, max_length=4), AfterValidator(_plane)]
 OfMotion = Annotated[str, _expression("x", "xdot")]
 OfPlace = Annotated[str, _expression("x")]
 
@@ -72,7 +81,7 @@ class FabricsParameters(Planner.Parameters):
     distance: Literal["relative", "metric"] = "relative"  # x of obstacles: per sum of radii, or in m
     curvature_term: Literal["theory", "reference"] = "theory"  # sign of J' qd in geometries: +1, or -1 as the reference
     obstacle_motion: bool = True  # whether velocities and accelerations of obstacles are seen: dynamic fabrics
-    planes: tuple[tuple[float, ...], ...] = ()  # half-spaces that are free: outward normal, offset [m]: n p >= offset
+    planes: tuple[Plane, ...] = ()  # half-spaces that are free: n p >= offset, outward normal n and offset [m]
     links: Literal["spheres", "exact"] = "spheres"  # all links by spheres; or as they are where that is known
     sphere_excess: Positive = 0.03  # [m] that fitted spheres may reach beyond a link
     spheres_per_shape: Annotated[int, Field(ge=1, le=64)] = 4

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil, sqrt
 from typing import Any, ClassVar
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from pytest_lpb.planner.fabrics.segments import segment_distance
 from pytest_lpb.planner.fabrics.shapes import SHAPES
-from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.symbolic.kinematics import Frames
 
 ROUND = frozenset({"circle", "sphere"})
@@ -39,6 +38,7 @@ class Part(ABC):
         body: name of the collision body it is of.
         link: name of the link.
         radius: [m] that rounds it.
+        ahead: [m] how far ahead of where it is, along the heading of a moving base, the part is taken to be.
     """
 
     exact: ClassVar[frozenset[str]]  # shapes of obstacles to which its distance is known in closed form
@@ -46,10 +46,16 @@ class Part(ABC):
     body: str
     link: str
     radius: float
+    ahead: float = field(default=0.0, kw_only=True)
 
-    @abstractmethod
     def place(self, frames: Frames) -> Any:
         """What distances are functions of, (k, 1)."""
+        there = self.own_place(frames)
+        return there + self.shift(self.ahead * heading(frames)) if self.ahead else there
+
+    @abstractmethod
+    def own_place(self, frames: Frames) -> Any:
+        """The place where the part is."""
 
     @abstractmethod
     def shift(self, offset: Any) -> Any:
@@ -62,10 +68,6 @@ class Part(ABC):
     @abstractmethod
     def balls(self, excess: float) -> Iterator[Ball]:
         """Balls that hold the part, reaching at most `excess` [m] beyond it."""
-
-    @abstractmethod
-    def moved(self, offset: Sequence[float]) -> Part:
-        """The part elsewhere on its link, by an offset [m]."""
 
     def distance(self, place: Any, obstacle: ObstacleSymbols) -> Any:
         """Signed distance [m] to an obstacle, by the part's place from the obstacle."""
@@ -80,7 +82,7 @@ class Ball(Part):
 
     centre: tuple[float, ...]  # in the link's frame [m]
 
-    def place(self, frames: Frames) -> Any:
+    def own_place(self, frames: Frames) -> Any:
         """The centre."""
         return frames.point(self.link, self.centre)
 
@@ -97,10 +99,6 @@ class Ball(Part):
         """Itself."""
         yield self
 
-    def moved(self, offset: Sequence[float]) -> Ball:
-        """The ball elsewhere."""
-        return replace(self, centre=_plus(self.centre, offset))
-
 
 @dataclass(frozen=True)
 class Segment(Part):
@@ -111,7 +109,7 @@ class Segment(Part):
     start: tuple[float, ...]  # in the link's frame [m]
     end: tuple[float, ...]
 
-    def place(self, frames: Frames) -> Any:
+    def own_place(self, frames: Frames) -> Any:
         """Both cap centres."""
         return casadi.vertcat(frames.point(self.link, self.start), frames.point(self.link, self.end))
 
@@ -136,11 +134,8 @@ class Segment(Part):
         count = max(1, ceil(whole / spacing - 1e-9))
         radius = sqrt(self.radius**2 + (0.5 * whole / count) ** 2)
         for share in np.linspace(0.0, 1.0, count + 1):
-            yield Ball(self.body, self.link, radius, tuple((start + share * (end - start)).tolist()))
-
-    def moved(self, offset: Sequence[float]) -> Segment:
-        """The capsule elsewhere."""
-        return replace(self, start=_plus(self.start, offset), end=_plus(self.end, offset))
+            centre = tuple((start + share * (end - start)).tolist())
+            yield Ball(self.body, self.link, radius, centre, ahead=self.ahead)
 
 
 @dataclass(frozen=True)
@@ -153,7 +148,7 @@ class Block(Part):
     size: tuple[float, ...]  # full lengths [m]
     cover: tuple[Ball, ...]
 
-    def place(self, frames: Frames) -> Any:
+    def own_place(self, frames: Frames) -> Any:
         """Centre and axes."""
         pose = np.array(self.origin).reshape(4, 4)
         rotation = frames.of(self.link)[1] @ casadi.DM(pose[:3, :3])
@@ -170,15 +165,7 @@ class Block(Part):
 
     def balls(self, excess: float) -> Iterator[Ball]:  # noqa: ARG002 - asked for when the cover was made
         """The balls that were fitted to it."""
-        yield from self.cover
-
-    def moved(self, offset: Sequence[float]) -> Block:
-        """The box elsewhere."""
-        pose = np.array(self.origin).reshape(4, 4)
-        pose[:3, 3] += offset
-        return replace(
-            self, origin=tuple(pose.ravel().tolist()), cover=tuple(ball.moved(offset) for ball in self.cover)
-        )
+        yield from (replace(ball, ahead=self.ahead) for ball in self.cover)
 
 
 def part_of_capsule(body: str, link: str, capsule: Sequence[float]) -> Part:
@@ -200,5 +187,7 @@ def distance_between(first: Part, second: Part, places: Sequence[Any]) -> Any:
     return segment_distance(ends, others) - first.radius - second.radius
 
 
-def _plus(point: tuple[float, ...], offset: Sequence[float] | FloatArray) -> tuple[float, ...]:
-    return tuple(float(x + d) for x, d in zip(point, offset, strict=True))
+def heading(frames: Frames) -> Any:
+    """Unit vector (d, 1) along the heading of a moving base, which is the third entry of q."""
+    flat = casadi.vertcat(casadi.cos(frames.q[2]), casadi.sin(frames.q[2]))
+    return casadi.vertcat(flat, casadi.SX.zeros(frames.robot.dimension - 2, 1))

@@ -6,6 +6,7 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, ClassVar
 
+from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.composition import Composer
@@ -36,6 +37,7 @@ class Fabrics(Planner):
     def setup(self, problem: PlannerProblem) -> None:
         """Compose the fabric, or take the composed one of an equal structure."""
         check_control(self.name, problem)
+        _check_planes(problem, self.parameters)
         composed = _composed_for(problem, self.parameters)
         self._fabric = BufferedFunction(composed.function)
         arguments = self._fabric.arguments
@@ -59,6 +61,16 @@ class Fabrics(Planner):
         self._fabric.evaluate()
         action = self._action.copy() if self._step is None else inputs + self._step * self._action
         return self._actuation.command(action, observation)
+
+
+def _check_planes(problem: PlannerProblem, parameters: FabricsParameters) -> None:
+    """Raise ConfigurationError for planes of another dimension."""
+    for plane in parameters.planes:
+        if len(plane) != problem.dimension + 1:
+            raise ConfigurationError(
+                f"planes: found {list(plane)}; in {problem.dimension} dimensions a plane has "
+                f"{problem.dimension} numbers of its normal and an offset"
+            )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

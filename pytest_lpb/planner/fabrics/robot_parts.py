@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, part_of_capsule
@@ -25,8 +26,7 @@ def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
     if parameters.links == "spheres":
         parts = [ball for part in parts for ball in part.balls(parameters.sphere_excess)]
     if steered(robot):
-        offset = (parameters.lookahead, *(0.0,) * (robot.dimension - 1))
-        parts += [part.moved(offset) for part in parts]
+        parts += [replace(part, ahead=parameters.lookahead) for part in parts]
     return parts
 
 

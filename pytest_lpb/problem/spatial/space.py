@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.collision import Clearance, ClosedAtTheEnd
 from pytest_lpb.problem.obstacle import Obstacle
+from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.clearance import CONTACT_SLACK_M, SpatialCollision
 from pytest_lpb.problem.spatial.pool import borrow_world, give_back
 from pytest_lpb.problem.spatial.robot import SpatialRobot
@@ -104,3 +106,15 @@ def always_overlapping(robot: SpatialRobot, pairs: Sequence[tuple[str, str]]) ->
         left = [pair for pair in left if world.overlap(*pair)]
     give_back(robot, world)
     return left
+
+
+def overlaps(robot: SpatialRobot, pairs: Sequence[tuple[str, str]], configurations: FloatArray) -> NDArray[np.bool_]:
+    """Whether the collision geometry of pairs of links overlaps at each q (N, dof): (N, pairs)."""
+    world = borrow_world(robot)
+    world.set_obstacles([])
+    found = np.zeros((len(configurations), len(pairs)), dtype=bool)
+    for row, q in enumerate(configurations.tolist()):
+        world.set_q(q)
+        found[row] = [world.overlap(*pair) for pair in pairs]
+    give_back(robot, world)
+    return found

@@ -137,7 +137,8 @@ def test_balls_are_where_the_robot_s_own_kinematics_have_them(name: str) -> None
         found = np.array(function(q)).T
         for ball, centre in zip(geometries.balls, found, strict=True):
             pose = state.robot.forward_kinematics(q, ball.link)
-            assert centre == pytest.approx(pose[:d, :d] @ ball.centre + pose[:d, d], abs=1e-9)
+            ahead = ball.ahead * np.array([np.cos(q[2]), np.sin(q[2]), 0.0])[:d] if ball.ahead else 0.0
+            assert centre == pytest.approx(pose[:d, :d] @ ball.centre + pose[:d, d] + ahead, abs=1e-9)
 
 
 def test_a_cart_s_inputs_are_forward_and_turning_speed() -> None:
