@@ -112,7 +112,7 @@ class PlannerConfiguration:
 
     @cached_property
     def source_hash(self) -> str:
-        """SHA-256 of the source file that holds the planner's class, or of its package's; empty when it has none."""
+        """SHA-256 of the file of the planner's class, or of all in its folder if that is a package; empty when none."""
         try:
             source = inspect.getsourcefile(self.planner_class)
         except TypeError:
@@ -121,8 +121,11 @@ class PlannerConfiguration:
             return ""
         file = Path(source)
         packaged = (file.parent / "__init__.py").is_file()
-        files = sorted(file.parent.glob("*.py")) if packaged else [file]
-        return hashlib.sha256(b"".join(each.read_bytes() for each in files)).hexdigest()
+        files = sorted(path for path in file.parent.rglob("*.py") if path.is_file()) if packaged else [file]
+        digest = hashlib.sha256()
+        for path in files:
+            digest.update(path.relative_to(file.parent).as_posix().encode() + b"\0" + path.read_bytes())
+        return digest.hexdigest()
 
     def to_dict(self) -> dict[str, Any]:
         """What run.json says of the planner: resolved parameters, hashes, timing."""

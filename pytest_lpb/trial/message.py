@@ -74,7 +74,10 @@ def _at_the_end(trajectory: Trajectory) -> str:
 
 def _stuck(trajectory: Trajectory) -> str:
     """Since when the robot had not come nearer to its goal, if that is long: what local minima and cycles look like."""
-    error = trajectory.goal_error(trajectory.problem.primary.name)
+    primary = trajectory.problem.primary
+    error = trajectory.goal_error(primary.name)
+    if primary.moving or (primary.tolerance is not None and error[-1] <= primary.tolerance):
+        return ""
     nearest = float(error.min())
     row = int(np.argmax(error <= nearest + PROGRESS * (float(error[0]) - nearest)))
     since = float(trajectory.t[row])

@@ -91,8 +91,10 @@ class Composer:
         parameters, state = self._parameters, self.state
         attractor = Attractor(parameters.attractor_energy, parameters.attractor_potential)
         total, follow, left = geometry, casadi.SX.zeros(state.size, 1), []
-        all_wanted = all(goal.tolerance is None for goal in self._goals)
+        all_wanted = all(goal.tolerance is None for goal in self._goals if goal.weight)
         for goal, target in zip(self._goals, targets, strict=True):
+            if not goal.weight:
+                continue
             reference = Reference(*casadi.horzsplit(target))
             error = ERRORS[state.robot.dimension, goal.type](state, goal, reference.value, parameters.lookahead)
             mapped = state.mapped(error, reference)
@@ -103,7 +105,7 @@ class Composer:
             follow -= mapped.jacobian.T @ (spec.metric @ drift)
             if goal.tolerance is not None or all_wanted:
                 left.append(error)
-        return total, follow, length(casadi.vertcat(*left))
+        return total, follow, length(casadi.vertcat(*left)) if left else casadi.SX(0.0)
 
     def _braked(self, action: Any, obstacles: Mapping[str, Any]) -> Any:
         """The action that leads to the velocity which the brake leaves of the one wanted after a period."""

@@ -193,7 +193,8 @@ class Geometries:
         own, along = -gradient @ near.velocity, gradient @ mobility @ gradient.T
         left = near.distance - self._parameters.margin / near.unit
         damping = Damping.along(left, gradient, gradient @ near.rate, own, along, self._parameters.brake)
-        return near.function([near.present * damping.matrix, near.present * damping.push], mobility)
+        parts = (damping.matrix, damping.push)
+        return near.function([casadi.if_else(near.present, part, 0.0) for part in parts], mobility)
 
     def _own_bodies(self) -> Iterator[Leaf]:
         """Distances between the robot's own bodies, per sum of their radii."""

@@ -35,7 +35,7 @@ def _position(state: State, goal: GoalInfo, target: Any, lookahead: float) -> An
         position = turn.T @ (position - origin)
     axes = list(entry.get("axes") or range(dimension))
     error = position[axes] - target
-    if steered(state.robot) and axes[:2] == [0, 1] and reference in (None, "world"):
+    if lookahead > 0.0 and steered(state.robot) and axes[:2] == [0, 1] and reference in (None, "world"):
         error[:2] += _ahead(state, error[:2], lookahead)
     return error
 

@@ -37,10 +37,13 @@ class ScalarLeaf:
         self._closest = closest
         self._function = casadi.Function("leaf", [x, xdot], [metric, metric * h, energy_force], {"cse": True})
 
-    def spec(self, x: Any, xdot: Any, weight: Any = 1.0) -> Spec:
-        """The leaf's spec where the coordinate is x and its rate x', times a weight."""
-        metric, force, energy_force = self._function(casadi.fmax(x, self._closest), xdot)
-        return Spec(weight * metric, weight * force, weight * energy_force)
+    def spec(self, x: Any, xdot: Any, present: Any = None) -> Spec:
+        """The leaf's spec where the coordinate is x and its rate x'; nothing where `present` is given and 0."""
+        parts = self._function(casadi.fmax(x, self._closest), xdot)
+        if present is not None:
+            # Not times `present`: what the leaf says of an empty slot may be no number.
+            parts = [casadi.if_else(present, part, 0.0) for part in parts]
+        return Spec(*parts)
 
 
 class Attractor:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
 from pytest_lpb.planner.fabrics.layout import FAR_M, Slot
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
+from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES, TINY
 from pytest_lpb.problem.spatial.rotations import matrix_of
 
 SPACING_M = 0.02  # [m] between the points that stand for a mesh
@@ -78,7 +78,7 @@ def _copy_rows(key: str, rows: slice | list[int], target: FloatArray) -> Fill:
 
 
 def _tree(mesh: ObstacleInfo) -> Any:
-    """Points that stand for a mesh, to be searched."""
+    """Points that stand for a mesh, to be searched, and how far from them its surface may be [m]."""
     file = Path(mesh.file or "")
     stat = file.stat()
     return _searchable(str(file), mesh.scale, mesh.concave, stat.st_mtime_ns, stat.st_size)
@@ -88,9 +88,10 @@ def _tree(mesh: ObstacleInfo) -> Any:
 def _searchable(file: str, scale: float, concave: bool, _changed: int, _size: int) -> Any:
     from scipy.spatial import cKDTree  # late: few scenarios have meshes
 
-    from pytest_lpb.problem.spatial.meshes import surface_points
+    from pytest_lpb.problem.spatial.meshes import surface_sample
 
-    return cKDTree(surface_points(file, scale, SPACING_M, concave=concave))
+    points, reach = surface_sample(file, scale, SPACING_M, concave=concave)
+    return cKDTree(points), reach
 
 
 class MeshFill:
@@ -118,12 +119,16 @@ class MeshFill:
         centres = self._balls(observation["q"])
         count = len(centres)
         slot = self._slot
-        for row, (index, tree) in enumerate(zip(self._members, self._trees, strict=True)):
+        for row, (index, (tree, reach)) in enumerate(zip(self._members, self._trees, strict=True)):
             turn = np.array(matrix_of(observation["obstacle_orientation"][index].tolist()))
             position = observation["obstacle_position"][index]
-            _, nearest = tree.query((centres - position) @ turn)
+            local = (centres - position) @ turn
+            distance, nearest = tree.query(local)
+            # The surface between the points may be nearer: as near as they leave room for.
+            least = np.sqrt(np.maximum(distance * distance - reach * reach, 0.0))
+            share = (least / np.maximum(distance, TINY))[:, None]
             numbers = self._numbers[row * count : (row + 1) * count]
-            numbers[:, slot.of_time(0)] = tree.data[nearest] @ turn.T + position
+            numbers[:, slot.of_time(0)] = (local + share * (tree.data[nearest] - local)) @ turn.T + position
             numbers[:, slot.of_time(1)] = observation["obstacle_velocity"][index]
             numbers[:, slot.of_time(2)] = observation["obstacle_acceleration"][index]
             numbers[:, slot.present] = 1.0

@@ -8,11 +8,15 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from pytest_lpb.names import listed, suggestion
 from pytest_lpb.planner.base import Planner
-from pytest_lpb.symbolic.expressions import check_expression
+from pytest_lpb.symbolic.expressions import casadi_expression, check_expression
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+PROBE = 0.5  # x, and minus xdot, at which energies are looked at
 
 # Leaves by name, for configuration files that would rather not repeat them; x, xdot as in docs/fabrics.md.
 NAMED: dict[str, str] = {
@@ -33,12 +37,28 @@ def named(text: str) -> str:
     return NAMED.get(text, text)
 
 
-def _expression(*variables: str) -> AfterValidator:
-    def check(text: str) -> str:
-        check_expression(named(text), variables)
-        return text
+def _checked(text: str, *variables: str) -> str:
+    """The text, if it is a name of `NAMED` or an expression. Raises ValueError."""
+    if text.isidentifier() and text not in (*NAMED, *variables):
+        raise ValueError(
+            f"unknown name {text!r}{suggestion(text, NAMED)}; "
+            f"allowed are {listed(NAMED)}, and expressions in {' and '.join(variables)}"
+        )
+    check_expression(named(text), variables)
+    return text
 
-    return AfterValidator(check)
+
+def _energy(text: str) -> str:
+    """An energy: none, or one that weighs what moves. Raises ValueError."""
+    import casadi  # late: only planners that are chosen are checked
+
+    _checked(text, "x", "xdot")
+    x, xdot = casadi.SX.sym("x"), casadi.SX.sym("xdot")
+    energy = casadi_expression(named(text), {"x": x, "xdot": xdot})
+    metric = casadi.Function("metric", [x, xdot], [casadi.hessian(energy, xdot)[0]])
+    if not energy.is_zero() and not float(metric(PROBE, -PROBE)) > 0.0:
+        raise ValueError(f"the energy {text!r} gives what approaches no weight: d2L/dxdot2 must be above 0")
+    return text
 
 
 def _plane(numbers: tuple[float, ...]) -> tuple[float, ...]:
@@ -49,31 +69,32 @@ def _plane(numbers: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Plane = Annotated[tuple[float, ...], Field(min_length=3, max_length=4), AfterValidator(_plane)]
-OfMotion = Annotated[str, _expression("x", "xdot")]
-OfPlace = Annotated[str, _expression("x")]
+Geometry = Annotated[str, AfterValidator(lambda text: _checked(text, "x", "xdot"))]
+Energy = Annotated[str, AfterValidator(_energy)]
+Potential = Annotated[str, AfterValidator(lambda text: _checked(text, "x"))]
 
 
 @dataclass(frozen=True)
 class FabricsParameters(Planner.Parameters):
     """Leaves, speed control, and what the robot is taken for. Expressions in x and xdot, or names of `NAMED`."""
 
-    base_energy: OfMotion = NAMED["kinetic"]  # of each input's velocity xdot
-    obstacle_energy: OfMotion = NAMED["barrier_energy"]
-    obstacle_geometry: OfMotion = NAMED["barrier"]
-    plane_energy: OfMotion = NAMED["barrier_energy"]
-    plane_geometry: OfMotion = NAMED["barrier"]
-    self_collision_energy: OfMotion = NAMED["barrier_energy"]
-    self_collision_geometry: OfMotion = NAMED["soft_barrier"]
-    limit_energy: OfMotion = NAMED["approaching_energy"]
-    limit_geometry: OfMotion = NAMED["limit_barrier"]
-    attractor_energy: OfMotion = NAMED["near_goal_energy"]
-    attractor_potential: OfPlace = NAMED["soft_norm"]
+    base_energy: Energy = NAMED["kinetic"]  # of each input's velocity xdot
+    obstacle_energy: Energy = NAMED["barrier_energy"]
+    obstacle_geometry: Geometry = NAMED["barrier"]
+    plane_energy: Energy = NAMED["barrier_energy"]
+    plane_geometry: Geometry = NAMED["barrier"]
+    self_collision_energy: Energy = NAMED["barrier_energy"]
+    self_collision_geometry: Geometry = NAMED["soft_barrier"]
+    limit_energy: Energy = NAMED["approaching_energy"]
+    limit_geometry: Geometry = NAMED["limit_barrier"]
+    attractor_energy: Energy = NAMED["near_goal_energy"]
+    attractor_potential: Potential = NAMED["soft_norm"]
     damping_near: NotNegative = 6.5  # [1/s] at the goal
     damping_far: NotNegative = 0.01  # [1/s] everywhere
     damping_slope: NotNegative = 0.5  # [1/m] how sharply the first becomes the second
     damping_radius: NotNegative = 0.02  # [m or rad] distance to the goal at which half of the first is left
     speed_weight: NotNegative = 0.45  # [s^2/m^2] how fast the forcing takes over the speed as the robot gets faster
-    speed_offset: float = 0.5  # how much it has the speed of a robot at rest
+    speed_offset: Finite = 0.5  # how much it has the speed of a robot at rest
     regularisation: Positive = 1e-6  # epsilon of inverse metrics
     closest: Positive = 1e-3  # coordinates of barriers count as this where they are less
     brake: NotNegative = 0.0  # [s] distances shrink by at most x / brake; 0: as they like

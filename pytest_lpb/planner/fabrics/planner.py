@@ -38,6 +38,7 @@ class Fabrics(Planner):
         """Compose the fabric, or take the composed one of an equal structure."""
         check_control(self.name, problem)
         _check_planes(problem, self.parameters)
+        _check_shortening(problem, self.parameters)
         composed = _composed_for(problem, self.parameters)
         self._fabric = BufferedFunction(composed.function)
         arguments = self._fabric.arguments
@@ -71,6 +72,15 @@ def _check_planes(problem: PlannerProblem, parameters: FabricsParameters) -> Non
                 f"planes: found {list(plane)}; in {problem.dimension} dimensions a plane has "
                 f"{problem.dimension} numbers of its normal and an offset"
             )
+
+
+def _check_shortening(problem: PlannerProblem, parameters: FabricsParameters) -> None:
+    """Raise ConfigurationError for bounds of actions that the planner's inputs are not."""
+    if problem.robot.base == "bicycle" and (parameters.respect_limits or parameters.largest_acceleration):
+        raise ConfigurationError(
+            "respect_limits and largest_acceleration: a bicycle is planned for as a cart, "
+            "whose inputs are not its actions; leave them out for it"
+        )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -22,9 +22,8 @@ def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
 
     A non-holonomic base without an arm cannot evade sideways, but a point ahead of it can: it has its parts there too.
     """
-    parts = list(_PARTS[robot.dimension](robot, parameters))
-    if parameters.links == "spheres":
-        parts = [ball for part in parts for ball in part.balls(parameters.sphere_excess)]
+    of = _EXACT if parameters.links == "exact" else _BALLS
+    parts: list[Part] = list(of[robot.dimension](robot, parameters))
     if steered(robot):
         parts += [replace(part, ahead=parameters.lookahead) for part in parts]
     return parts
@@ -33,8 +32,8 @@ def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
 def balls_of(robot: Robot, parameters: FabricsParameters) -> dict[str, list[Part]]:
     """Balls that cover each collision body."""
     balls: dict[str, list[Part]] = {}
-    for part in _PARTS[robot.dimension](robot, parameters):
-        balls.setdefault(part.body, []).extend(part.balls(parameters.sphere_excess))
+    for ball in _BALLS[robot.dimension](robot, parameters):
+        balls.setdefault(ball.body, []).append(ball)
     return balls
 
 
@@ -49,6 +48,19 @@ def capsules_of(robot: Robot) -> dict[str, list[Part]]:
 def _planar(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:  # noqa: ARG001
     for parts in capsules_of(robot).values():
         yield from parts
+
+
+def _planar_balls(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+    for part in _planar(robot, parameters):
+        yield from part.balls(parameters.sphere_excess)
+
+
+def _spatial_balls(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+    from pytest_lpb.problem.spatial.cover import link_balls  # late: it needs PyBullet
+
+    assert isinstance(robot, SpatialRobot)
+    for body, balls in link_balls(robot, parameters.sphere_excess, parameters.spheres_per_shape).items():
+        yield from (Ball(body, body, radius, (x, y, z)) for x, y, z, radius in balls)
 
 
 def _spatial(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
@@ -76,7 +88,9 @@ def _fitted(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterat
         yield Ball(body, body, radius, (x, y, z))
 
 
-_PARTS: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar, 3: _spatial}
+# By dimension.
+_EXACT: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar, 3: _spatial}
+_BALLS: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar_balls, 3: _spatial_balls}
 _OF_GEOMETRY: Mapping[str, Callable[[str, Geometry, FabricsParameters], Iterator[Part]]] = {
     "sphere": _of_round,
     "capsule": _of_round,

@@ -16,6 +16,7 @@ import casadi
 from pytest_lpb.planner.fabrics.shapes import TINY, length
 from pytest_lpb.planner.fabrics.specs import Mapped
 
+SLANTED = 1e-3  # squared sine of the least angle at which both nearest points slide
 PARALLEL = 1e-9  # relative: segments nearer to parallel than this have any of their nearest points
 
 Ends = Sequence[Any]  # both ends of a segment, or a point alone, each (d, 1)
@@ -84,7 +85,10 @@ def _slid(first: Any, second: Any, near: _Near, slides: tuple[Any, Any]) -> Any:
     b = -free * other_free * casadi.dot(first, second)
     c = other_free * casadi.sumsqr(second) + (1.0 - other_free)
     u, v = free * slides[0], other_free * slides[1]
-    return (c * u * u - 2.0 * b * u * v + a * v * v) / (a * c - b * b + PARALLEL * a * c)
+    determinant = a * c - b * b
+    both = (c * u * u - 2.0 * b * u * v + a * v * v) / (determinant + PARALLEL * a * c)
+    # Nearly parallel segments have no one pair of nearest points that could slide: the second one's stays.
+    return casadi.if_else(determinant > SLANTED * a * c, both, u * u / a)
 
 
 def _along(ends: Ends) -> Any:

@@ -88,10 +88,13 @@ def _met(
 
 
 def _samples(robot: Robot) -> FloatArray:
-    """Configurations within the limits, the same each time."""
-    limits = np.clip(robot.limits.position, -np.pi, np.pi)
-    generator = np.random.Generator(np.random.PCG64(0))
-    samples: FloatArray = limits[:, 0] + generator.random((SAMPLES, robot.dof)) * (limits[:, 1] - limits[:, 0])
+    """Configurations within the limits, the same each time; a turn of what has no limits."""
+    lower, upper = robot.limits.position.T
+    lowest = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2.0 * np.pi, -np.pi))
+    highest = np.where(np.isfinite(upper), upper, lowest + 2.0 * np.pi)
+    samples: FloatArray = lowest + np.random.Generator(np.random.PCG64(0)).random((SAMPLES, robot.dof)) * (
+        highest - lowest
+    )
     return samples
 
 

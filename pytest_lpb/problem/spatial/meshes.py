@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from functools import lru_cache
-from math import hypot
+from math import hypot, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -115,16 +115,26 @@ def capsule_of(shape: Geometry) -> Capsule:
 
 def surface_points(file: str, scale: float, spacing: float, *, concave: bool) -> FloatArray:
     """Points (n, 3) [m] on a mesh, or on its convex hull, no farther than `spacing` [m] from their neighbours."""
+    return surface_sample(file, scale, spacing, concave=concave)[0]
+
+
+def surface_sample(file: str, scale: float, spacing: float, *, concave: bool) -> tuple[FloatArray, float]:
+    """Points as `surface_points` gives them, and how far from the nearest of them the surface may be [m].
+
+    Edges get at most `MAX_POINTS_PER_EDGE` points: on large faces the points lie farther apart than `spacing`.
+    """
     triangles = scale * mesh_triangles(Path(file)) if concave else _hull_triangles(Path(file), scale)
-    points = [triangles.reshape(-1, 3)]
+    points, widest = [triangles.reshape(-1, 3)], 0.0
     for a, b, c in triangles:
-        longest = max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c))
+        longest = float(max(np.linalg.norm(b - a), np.linalg.norm(c - b), np.linalg.norm(a - c)))
         count = min(int(longest / spacing), MAX_POINTS_PER_EDGE)
+        widest = max(widest, longest / (count + 1))
         if count:
             pairs = [(i, j) for i in range(count + 2) for j in range(count + 2 - i)]
             shares = np.array(pairs, dtype=float) / (count + 1)
             points.append(a + shares[:, :1] * (b - a) + shares[:, 1:] * (c - a))
-    return np.unique(np.round(np.vstack(points), 6), axis=0)
+    # No point of a triangle is farther from its nearest corner than its longest edge over the root of 3.
+    return np.unique(np.round(np.vstack(points), 6), axis=0), widest / sqrt(3.0)
 
 
 def _hull_triangles(path: Path, scale: float) -> FloatArray:

@@ -111,10 +111,12 @@ def always_overlapping(robot: SpatialRobot, pairs: Sequence[tuple[str, str]]) ->
 def overlaps(robot: SpatialRobot, pairs: Sequence[tuple[str, str]], configurations: FloatArray) -> NDArray[np.bool_]:
     """Whether the collision geometry of pairs of links overlaps at each q (N, dof): (N, pairs)."""
     world = borrow_world(robot)
-    world.set_obstacles([])
     found = np.zeros((len(configurations), len(pairs)), dtype=bool)
-    for row, q in enumerate(configurations.tolist()):
-        world.set_q(q)
-        found[row] = [world.overlap(*pair) for pair in pairs]
-    give_back(robot, world)
+    try:
+        world.set_obstacles([])
+        for row, q in enumerate(configurations.tolist()):
+            world.set_q(q)
+            found[row] = [world.overlap(*pair) for pair in pairs]
+    finally:
+        give_back(robot, world)
     return found

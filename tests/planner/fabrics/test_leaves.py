@@ -98,11 +98,11 @@ def test_names_stand_for_their_text(name: str) -> None:
         assert numbers(leaf("kinetic", name).spec(0.6, xdot)) == numbers(leaf("kinetic", NAMED[name]).spec(0.6, xdot))
 
 
-@given(PLACES, RATES, st.floats(0.0, 5.0))
-def test_weights_scale_all_of_a_leaf(x: float, xdot: float, weight: float) -> None:
-    made = leaf("barrier_energy", "limit_barrier")
-    weighted = [weight * part for part in numbers(made.spec(x, xdot))]
-    assert numbers(made.spec(x, xdot, weight)) == pytest.approx(weighted)
+@pytest.mark.parametrize("geometry", ["limit_barrier", "1 / (x - x)"])
+def test_an_empty_slot_has_no_leaf_whatever_it_would_say(geometry: str) -> None:
+    made = leaf("barrier_energy", geometry)
+    assert numbers(made.spec(0.5, -0.3, 0.0)) == [0.0, 0.0, 0.0]
+    assert numbers(made.spec(0.5, -0.3, 1.0)) == pytest.approx(numbers(made.spec(0.5, -0.3)), nan_ok=True)
 
 
 @pytest.mark.parametrize(("geometry", "idle"), [("none", True), ("0", True), ("0 * xdot", True), ("barrier", False)])

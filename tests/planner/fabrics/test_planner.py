@@ -15,11 +15,14 @@ from pytest_lpb.planner.base import PlannerProblem
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.fabrics.composition import Composer
 from pytest_lpb.planner.fabrics.layout import capacities
-from pytest_lpb.planner.fabrics.observed import obstacle_fills
+from pytest_lpb.planner.fabrics.observed import SPACING_M, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import NAMED, FabricsParameters
 from pytest_lpb.planner.fabrics.planner import Fabrics, _composed_for
 from pytest_lpb.planner.fabrics.shapes import MESH
+from pytest_lpb.planner.files import find_planners
 from pytest_lpb.problem.robot import robot_from
+from pytest_lpb.problem.spatial.meshes import surface_sample
+from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.symbolic.buffered import BufferedFunction
 from tests.planner import problems
 from tests.problem.spatial.robots import ARM as SPATIAL_ARM
@@ -74,13 +77,19 @@ def test_a_point_follows_a_moving_goal_as_computed_by_hand() -> None:
 
 
 def test_damping_is_by_the_distance_to_sub_goals_with_a_tolerance() -> None:
-    # The other sub-goal is 3 m away, and of no weight: it pulls at nothing.
-    other: Entry = {"name": "other", "joints": ["x"], "weight": 0.0}
+    # The other sub-goal is 3 m away, and of hardly any weight: it pulls at nothing.
+    other: Entry = {"name": "other", "joints": ["x"], "weight": 1e-12}
     wish = [*HERE, goal("joint", [3.0], tolerance=None, **other)]
     must = [*HERE, goal("joint", [3.0], tolerance=0.1, **other)]
     near = 0.5 * 6.5 * (tanh(-0.5 * (3.0 - 0.02)) + 1.0) + 0.01
     assert act(POINT, [0, 0], [0.3, -0.2], wish) == pytest.approx([-0.3 * MET, 0.2 * MET], abs=1e-9)
     assert act(POINT, [0, 0], [0.3, -0.2], must) == pytest.approx([-0.3 * near, 0.2 * near], abs=1e-9)
+
+
+def test_sub_goals_of_no_weight_count_for_nothing() -> None:
+    moving = goal("joint", [3.0], joints=["x"], weight=0.0, name="other", velocity=[1.0])
+    alone, both = (act(POINT, [0, 0], [0.3, -0.2], goals) for goals in (HERE, [*HERE, moving]))
+    assert both == pytest.approx(alone, abs=1e-12)
 
 
 def test_sub_goals_pull_by_their_weight() -> None:
@@ -334,10 +343,29 @@ FREE = [goal("position", [0.5, 0.2, 0.1], link="body")]
 SIDEWAYS = [sqrt(0.5), 0.0, sqrt(0.5), 0.0]  # by a right angle about y: the ring's x is -z, its z is x
 
 
+def as_near_as_it_may_be(ball: list[float], point: list[float], **entry: Any) -> Entry:
+    """A point of the mesh, moved to the ball as far as the surface between it and its neighbours may be nearer."""
+    _, reach = surface_sample(RING, 1.0, SPACING_M, concave=True)
+    offset = np.array(point) - ball
+    distance = float(np.linalg.norm(offset))
+    share = sqrt(distance**2 - reach**2) / distance
+    return obstacle("sphere", np.array(ball) + share * offset, radius=0.0, **entry)
+
+
+def test_the_surface_between_points_of_a_mesh_is_reckoned_with() -> None:
+    points, reach = surface_sample(RING, 1.0, SPACING_M, concave=True)
+    assert 0.0 < reach <= SPACING_M / sqrt(3.0) + 1e-9
+    triangles = mesh_triangles(Path(RING))
+    inside = np.random.default_rng(0).dirichlet([1.0, 1.0, 1.0], len(triangles))
+    middles = (triangles * inside[:, :, None]).sum(axis=1)
+    gaps = np.array([np.linalg.norm(points - middle, axis=1).min() for middle in middles])
+    assert gaps.max() <= reach + 1e-6
+
+
 def test_a_mesh_repels_like_a_point_where_it_is_nearest() -> None:
     # The hole's radius is 0.22 m. So near to it, the tube is nearest where x meets it.
     q, u = [0.19, 0.0, 0.0], [0.1, 0.3, 0.2]
-    near, mesh = obstacle("sphere", [0.22, 0.0, 0.0], radius=0.0), ring([0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
+    near, mesh = as_near_as_it_may_be(q, [0.22, 0.0, 0.0]), ring([0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
     found = act(BALL, q, u, FREE, [mesh])
     assert found == pytest.approx(act(BALL, q, u, FREE, [near]), abs=1e-6)
     bend = found - act(BALL, q, u, FREE, [mesh], obstacle_geometry="none")
@@ -347,7 +375,7 @@ def test_a_mesh_repels_like_a_point_where_it_is_nearest() -> None:
 def test_a_mesh_moves_and_turns_with_its_obstacle() -> None:
     q, u, velocity = [1.0, 2.0, 2.81], [0.3, 0.2, -0.1], [0.0, 0.1, 0.2]
     moving: Entry = {"velocity": velocity, "acceleration": [0.0, 0.0, 0.3]}
-    near = obstacle("sphere", [1.0, 2.0, 2.78], radius=0.0, **moving)
+    near = as_near_as_it_may_be(q, [1.0, 2.0, 2.78], **moving)
     found = act(BALL, q, u, FREE, [ring([1.0, 2.0, 3.0], SIDEWAYS, **moving)])
     assert found == pytest.approx(act(BALL, q, u, FREE, [near]), abs=1e-6)
     assert np.abs(found - act(BALL, q, u, FREE, [ring([1.0, 2.0, 3.0], SIDEWAYS)])).max() > 1e-2
@@ -452,3 +480,54 @@ def test_parameters_by_name_are_accepted() -> None:
     PlannerConfiguration(
         "mine", "fabrics", {"obstacle_geometry": "soft_barrier", "planes": [[0.0, 0.0, 1.0, 0.02]], "links": "exact"}
     ).check()
+
+
+# What users may write
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"planes": [[0, 0, 0]]}, "a plane is its outward normal"),
+        ({"planes": [[1, 2]]}, "at least 3 items"),
+        ({"brake": 1e999}, "finite"),
+        ({"obstacle_energy": "0.1 / x"}, "gives what approaches no weight"),
+        ({"obstacle_energy": "-0.1 * xdot**2 / x"}, "gives what approaches no weight"),
+        ({"attractor_energy": "x"}, "gives what approaches no weight"),
+        ({"obstacle_geometry": "barier"}, "unknown name 'barier'; did you mean 'barrier'?"),
+        ({"attractor_potential": "x * xdott"}, "xdott"),
+        ({"links": "balls"}, "'spheres' or 'exact'"),
+    ],
+)
+def test_parameters_that_cannot_be_used_are_told_before_anything_runs(parameters: Entry, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        PlannerConfiguration("mine", "fabrics", parameters).check()
+
+
+def test_planes_of_another_dimension_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"planes: found \[0.0, 0.0, 1.0, 0.2\]; in 2 dimensions"):
+        ready(POINT, HERE, planes=((0.0, 0.0, 1.0, 0.2),))
+
+
+def test_actions_of_cars_are_not_shortened() -> None:
+    with pytest.raises(ConfigurationError, match="a bicycle is planned for as a cart"):
+        ready(
+            spatial(ENTRIES["racecar"]),
+            [goal("position", [1.0, 0.0], link="base_link", axes=[0, 1])],
+            respect_limits=True,
+        )
+
+
+def test_the_static_configuration_differs_in_what_it_sees_only() -> None:
+    dynamic, static = find_planners(["fabrics", "fabrics_static"], [])
+    assert {**static.parameters, "obstacle_motion": True} == {**dynamic.parameters, "obstacle_motion": True}
+    assert static.parameters["obstacle_motion"] is False
+    assert (static.planner, static.per_robot, static.period) == (dynamic.planner, dynamic.per_robot, dynamic.period)
+
+
+def test_parallel_segments_of_an_arm_do_not_throw_it_about() -> None:
+    # Links 1 and 3 are parallel at right angles: their nearest points could lie anywhere along them.
+    arm = planar(problems.arm(1.0, 1.0, 1.0), self_collision_pairs=[["link1", "link3"]])
+    tip = [goal("position", [0.5, 0.5], link="end")]
+    action = act(arm, [0.0, np.pi / 2, np.pi / 2], [1.0, 0.3, 0.1], tip)
+    assert np.abs(action).max() < 100.0
