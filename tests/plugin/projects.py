@@ -38,6 +38,12 @@ DRAWN = SCENARIO + "randomize: {draw: [goal], goal: [[-0.06, 0.06], [-0.06, 0.06
 
 Row = Mapping[str, str]
 
+# Processes of a shell's background jobs are born deaf to Ctrl-C; these are to hear it wherever the tests run.
+BOOT = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "import pytest; sys.exit(pytest.main(sys.argv[1:]))"
+)
+
 
 class Project:
     """A planner repository in pytester's folder."""
@@ -74,7 +80,7 @@ class Project:
 
     def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[bytes]:
         """Start pytest in a process group of its own, and do not wait; its output goes to the file `output`."""
-        command = [sys.executable, "-m", "pytest", *LEAN, *map(str, self._arguments(arguments, planners, fast=True))]
+        command = [sys.executable, "-c", BOOT, *LEAN, *map(str, self._arguments(arguments, planners, fast=True))]
         with self.output.open("wb") as output:
             # A pipe that nobody reads would stop the process.
             return subprocess.Popen(
