@@ -156,6 +156,11 @@ class Planner:
         self.parameters = type(self).Parameters() if parameters is None else parameters
         self.diagnostics = {}
 
+    @classmethod
+    def preview_for(cls, parameters: Any) -> Preview | None:  # noqa: ARG003 - for planners whose horizon is one of them
+        """What a planner with these parameters wants to see of the future; by default the class's `preview`."""
+        return cls.preview
+
     def setup(self, problem: PlannerProblem) -> None:
         """Prepare for a trial, before the clock runs; the last trial must leave no trace."""
 

@@ -17,6 +17,7 @@ ENTRY_POINT_GROUP = "pytest_lpb.planners"
 # Built-in planners: name -> module, imported when asked for.
 BUILT_IN = {
     "fabrics": "pytest_lpb.planner.fabrics.planner",
+    "mpc": "pytest_lpb.planner.mpc.planner",
     "pd": "pytest_lpb.planner.pd",
     "potential_field": "pytest_lpb.planner.potential_field",
 }

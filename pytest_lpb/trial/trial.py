@@ -39,15 +39,15 @@ def run_trial(
     identity = problem.problem_hash  # before the planner has seen anything
     configuration = specification.planner
     own = PlannerHolder(configuration) if holder is None else None
+    parameters = configuration.parameters_for(problem.robot.name, problem.control)
     every, delay = configuration.steps_per_call(problem.dt), configuration.steps_of_delay(problem.dt)
     environment = ScenarioEnvironment(
         problem=problem,
         render_mode=render_mode,
-        preview=configuration.planner_class.preview,
+        preview=configuration.planner_class.preview_for(parameters),
         reuse_observations=True,
     )
     try:
-        parameters = configuration.parameters_for(problem.robot.name, problem.control)
         started = perf_counter_ns()
         planner = _set_up(holder or own, parameters, PlannerProblem.of(problem, every * problem.dt))
         setup_ms = (perf_counter_ns() - started) / NS_PER_MS

@@ -10,12 +10,11 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.composition import Composer
-from pytest_lpb.planner.fabrics.layout import capacities
 from pytest_lpb.planner.fabrics.observed import Fill, MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.shapes import MESH
+from pytest_lpb.planner.fabrics.structure import Structure
 from pytest_lpb.planner.task import check_control
-from pytest_lpb.problem.hashing import canonical_json
 from pytest_lpb.symbolic.buffered import BufferedFunction
 from pytest_lpb.symbolic.compiled import compiled
 
@@ -91,48 +90,21 @@ class Composed:
     points: Any
 
 
-class _Key:
-    """What a composed fabric depends on, equal for equal structures; carries what composing takes."""
-
-    def __init__(self, problem: PlannerProblem, parameters: FabricsParameters) -> None:
-        self.problem = problem
-        # Where nothing moves, what is composed for obstacles that stand does the same with fewer operations.
-        moving = parameters.obstacle_motion and any(obstacle.moving for obstacle in problem.obstacles)
-        self.parameters = dataclasses.replace(parameters, obstacle_motion=moving)
-        self.period = problem.period if parameters.brake else 0.0
-        self.capacities = capacities(problem.obstacles)
-        goals = [
-            [goal.type, goal.link, goal.size, goal.weight, goal.tolerance is None, *sorted(_asked(goal.entry).items())]
-            for goal in problem.goal
-        ]
-        self._text = canonical_json(
-            [problem.robot.hashed(), goals, self.capacities, dataclasses.asdict(self.parameters), self.period]
-        )
-
-    def __hash__(self) -> int:
-        return hash(self._text)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and self._text == other._text
-
-
-def _asked(entry: Any) -> dict[str, Any]:
-    """What of a sub-goal's entry its error depends on."""
-    return {key: value for key, value in entry.items() if key not in ("name", "tolerance", "weight", "primary")}
-
-
 def _composed_for(problem: PlannerProblem, parameters: FabricsParameters) -> Composed:
-    return _composed(_Key(problem, parameters))
+    # Where nothing moves, what is composed for obstacles that stand does the same with fewer operations.
+    moving = parameters.obstacle_motion and any(obstacle.moving for obstacle in problem.obstacles)
+    period = problem.period if parameters.brake else 0.0
+    return _composed(Structure(problem, dataclasses.replace(parameters, obstacle_motion=moving), period))
 
 
 @lru_cache(maxsize=CACHED)
-def _composed(key: _Key) -> Composed:
-    composer = Composer(key.problem.robot, key.problem.goal, key.capacities, key.parameters, key.period)
+def _composed(structure: Structure) -> Composed:
+    problem, parameters = structure.problem, structure.parameters
+    composer = Composer(problem.robot, problem.goal, structure.capacities, parameters, problem.period)
     function = composer.function()
-    if key.parameters.compile:
+    if parameters.compile:
         function = compiled(function)
-    points = composer.points() if MESH in key.capacities else None
-    return Composed(function, points)
+    return Composed(function, composer.points() if MESH in structure.capacities else None)
 
 
 def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any) -> MeshFill:

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from typing import Protocol
 
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, part_of_capsule
 from pytest_lpb.problem.robot import Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.urdf import Geometry
+
+
+class Taken(Protocol):
+    """What a planner's parameters say of how a robot is taken."""
+
+    @property
+    def sphere_excess(self) -> float:
+        """[m] How far fitted balls may reach beyond a link."""
+
+    @property
+    def spheres_per_shape(self) -> int:
+        """The largest number of balls per shape of a link."""
+
+    @property
+    def self_collision_reach(self) -> float:
+        """[m] Pairs of bodies that never come nearer do not count."""
 
 
 def steered(robot: Robot) -> bool:
@@ -29,7 +46,7 @@ def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
     return parts
 
 
-def balls_of(robot: Robot, parameters: FabricsParameters) -> dict[str, list[Part]]:
+def balls_of(robot: Robot, parameters: Taken) -> dict[str, list[Part]]:
     """Balls that cover each collision body."""
     balls: dict[str, list[Part]] = {}
     for ball in _BALLS[robot.dimension](robot, parameters):
@@ -45,17 +62,17 @@ def capsules_of(robot: Robot) -> dict[str, list[Part]]:
     }
 
 
-def _planar(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:  # noqa: ARG001
+def _planar(robot: Robot, parameters: Taken) -> Iterator[Part]:  # noqa: ARG001
     for parts in capsules_of(robot).values():
         yield from parts
 
 
-def _planar_balls(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+def _planar_balls(robot: Robot, parameters: Taken) -> Iterator[Part]:
     for part in _planar(robot, parameters):
         yield from part.balls(parameters.sphere_excess)
 
 
-def _spatial_balls(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+def _spatial_balls(robot: Robot, parameters: Taken) -> Iterator[Part]:
     from pytest_lpb.problem.spatial.cover import link_balls  # late: it needs PyBullet
 
     assert isinstance(robot, SpatialRobot)
@@ -63,25 +80,25 @@ def _spatial_balls(robot: Robot, parameters: FabricsParameters) -> Iterator[Part
         yield from (Ball(body, body, radius, (x, y, z)) for x, y, z, radius in balls)
 
 
-def _spatial(robot: Robot, parameters: FabricsParameters) -> Iterator[Part]:
+def _spatial(robot: Robot, parameters: Taken) -> Iterator[Part]:
     assert isinstance(robot, SpatialRobot)
     for body in robot.body_names:
         for shape in robot.urdf.link(body).collisions:
             yield from _OF_GEOMETRY.get(shape.kind, _fitted)(body, shape, parameters)
 
 
-def _of_round(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Part]:  # noqa: ARG001
+def _of_round(body: str, shape: Geometry, parameters: Taken) -> Iterator[Part]:  # noqa: ARG001
     from pytest_lpb.problem.spatial.meshes import capsule_of  # late: it needs PyBullet
 
     yield part_of_capsule(body, body, capsule_of(shape))
 
 
-def _of_box(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Part]:
+def _of_box(body: str, shape: Geometry, parameters: Taken) -> Iterator[Part]:
     cover = tuple(_fitted(body, shape, parameters))
     yield Block(body, body, 0.0, tuple(shape.origin.ravel().tolist()), shape.size, cover)
 
 
-def _fitted(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterator[Ball]:
+def _fitted(body: str, shape: Geometry, parameters: Taken) -> Iterator[Ball]:
     from pytest_lpb.problem.spatial.cover import covering_balls  # late: it needs PyBullet
 
     for x, y, z, radius in covering_balls(shape, parameters.sphere_excess, parameters.spheres_per_shape):
@@ -89,9 +106,9 @@ def _fitted(body: str, shape: Geometry, parameters: FabricsParameters) -> Iterat
 
 
 # By dimension.
-_EXACT: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar, 3: _spatial}
-_BALLS: Mapping[int, Callable[[Robot, FabricsParameters], Iterator[Part]]] = {2: _planar_balls, 3: _spatial_balls}
-_OF_GEOMETRY: Mapping[str, Callable[[str, Geometry, FabricsParameters], Iterator[Part]]] = {
+_EXACT: Mapping[int, Callable[[Robot, Taken], Iterator[Part]]] = {2: _planar, 3: _spatial}
+_BALLS: Mapping[int, Callable[[Robot, Taken], Iterator[Part]]] = {2: _planar_balls, 3: _spatial_balls}
+_OF_GEOMETRY: Mapping[str, Callable[[str, Geometry, Taken], Iterator[Part]]] = {
     "sphere": _of_round,
     "capsule": _of_round,
     "box": _of_box,

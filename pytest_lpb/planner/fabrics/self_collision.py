@@ -10,9 +10,8 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.parts import Part, distance_between
-from pytest_lpb.planner.fabrics.robot_parts import balls_of, capsules_of
+from pytest_lpb.planner.fabrics.robot_parts import Taken, balls_of, capsules_of
 from pytest_lpb.problem.robot import FloatArray, Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.symbolic.kinematics import Frames
@@ -26,7 +25,7 @@ BodyPair = tuple[str, str]
 Bodies = Mapping[str, Sequence[Part]]
 
 
-def pairs_of(robot: Robot, parameters: FabricsParameters) -> list[PartPair]:
+def pairs_of(robot: Robot, parameters: Taken) -> list[PartPair]:
     """Pairs of parts of the bodies in `self_collision_pairs` that come nearer than `self_collision_reach`.
 
     They are the capsules that hold the bodies. In space capsules hold more than their links: where they often overlap
@@ -75,9 +74,7 @@ def _touching(robot: SpatialRobot, pairs: Sequence[BodyPair], samples: FloatArra
     return dict(zip(pairs, overlaps(robot, pairs, samples).T, strict=True)) if pairs else {}
 
 
-def _met(
-    robot: Robot, pairs: Sequence[BodyPair], parts: Bodies, parameters: FabricsParameters, samples: FloatArray
-) -> list[_Met]:
+def _met(robot: Robot, pairs: Sequence[BodyPair], parts: Bodies, parameters: Taken, samples: FloatArray) -> list[_Met]:
     """Pairs of parts that come near."""
     made = [pair for first, second in pairs for pair in product(parts.get(first, ()), parts.get(second, ()))]
     if not made:

@@ -1,0 +1,209 @@
+"""Model predictive control in real time; docs/mpc.md has the problem and what each parameter does.
+
+Multiple shooting (Bock and Plitt, 1984) with real-time iterations (Diehl et al., "Real-time optimization and nonlinear
+model predictive control of processes governed by differential-algebraic equations", J. Process Control 12, 2002).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.fabrics.structure import Structure
+from pytest_lpb.planner.mpc.model import Model
+from pytest_lpb.planner.mpc.observed import Fill, goal_fills, obstacle_fills
+from pytest_lpb.planner.mpc.parameters import MpcParameters
+from pytest_lpb.planner.mpc.program import Program, Sizes, Weights
+from pytest_lpb.planner.mpc.solver import PiqpSolver
+from pytest_lpb.planner.mpc.stages import Stage
+from pytest_lpb.planner.task import check_control
+from pytest_lpb.problem.preview import Preview
+from pytest_lpb.symbolic.buffered import BufferedFunction
+from pytest_lpb.symbolic.compiled import compiled
+
+CACHED = 32  # composed horizons that are kept
+SLACK_OF_BOUNDS = 1e-3  # [rad, m, ..] by which bounds give way beyond what braking needs
+
+
+class Mpc(Planner):
+    """Plans over a horizon at each call, by one or two quadratic programs, and carries out the beginning."""
+
+    name: ClassVar[str] = "mpc"
+    Parameters = MpcParameters
+
+    parameters: MpcParameters
+
+    @classmethod
+    def preview_for(cls, parameters: Any) -> Preview:
+        """Where obstacles and goals will be after each step of the horizon."""
+        return Preview(parameters.horizon, parameters.step)
+
+    def setup(self, problem: PlannerProblem) -> None:
+        """Compose the horizon, or take the composed one of an equal structure."""
+        check_control(self.name, problem)
+        parameters, robot = self.parameters, problem.robot
+        composed = _composed(Structure(problem, parameters))
+        steps = parameters.horizon
+        self._stage = BufferedFunction(composed.stage)
+        self._rollout = BufferedFunction(composed.rollout)
+        self._slopes = None if composed.slopes is None else BufferedFunction(composed.slopes)
+        self._model = composed.model
+        model = composed.model
+        rows = self._stage.results["d"].reshape(steps, -1).shape[1]
+        self._sizes = Sizes(steps, model.inputs, model.states, model.dof, rows)
+        self._program = Program(self._sizes)
+        self._solver = PiqpSolver(self._program, parameters.tolerance)
+        self._weights = Weights(
+            parameters.velocity,
+            parameters.velocity_end,
+            parameters.input,
+            parameters.input_change,
+            parameters.slack,
+            parameters.slack_squared,
+        )
+        arguments = self._stage.arguments
+        self._fills: list[Fill] = goal_fills(problem.goal, arguments["goals"].reshape(steps, -1))
+        self._fills += obstacle_fills(problem.obstacles, arguments, steps, problem.dimension)
+        self._limits = robot.limits
+        self._share = min(1.0, problem.period / parameters.step)
+        self._period = problem.period if problem.control == "velocity" else None
+        self._plan: FloatArray = np.zeros((steps, model.inputs))
+        self._last = np.zeros(model.inputs)
+        self._first = True
+        self._goal_weights = np.full(steps, parameters.goal)
+        self._goal_weights[-1] = parameters.goal_end
+
+    def compute_action(self, observation: Observation) -> FloatArray:
+        """The first inputs of a new plan, or u after one period of them under velocity control."""
+        state = np.concatenate([observation["q"], observation["u"]])
+        for fill in self._fills:
+            fill(observation)
+        parameters = self.parameters
+        if not self._first:
+            self._plan = _shifted(self._plan, self._share)
+        iterations = parameters.first_iterations if self._first else parameters.iterations
+        self._first = False
+        for _ in range(iterations):
+            solution = self._iterate(state)
+            if not solution.solved:
+                break
+        self.diagnostics = {
+            "solved": float(solution.solved),
+            "iterations": float(solution.iterations),
+            "residual": solution.residual,
+        }
+        lower, upper = self._limits.acceleration.T
+        self._last = np.clip(self._plan[0], lower, upper)
+        if self._period is None:
+            return self._last.copy()
+        return np.asarray(observation["u"] + self._period * self._last)
+
+    def _iterate(self, state: FloatArray) -> Any:
+        """One quadratic program around the plan, which becomes its solution if there is one."""
+        sizes = self._sizes
+        path = self._path(state, self._plan)
+        self._judge(path)
+        self._move(state, path)
+        self._bound(state)
+        solution = self._solver.solve()
+        if solution.solved:
+            self._plan = solution.z[sizes.input_places]
+        return solution
+
+    def _path(self, state: FloatArray, plan: FloatArray) -> FloatArray:
+        """States after each step of a plan, (N, m)."""
+        rollout = self._rollout
+        rollout.arguments["x"][:] = state
+        rollout.arguments["a"][:] = plan.reshape(rollout.arguments["a"].shape)
+        rollout.evaluate()
+        return rollout.results["path"].reshape(self._sizes.steps, -1)
+
+    def _judge(self, path: FloatArray) -> None:
+        """Fill in the cost and the distances, around a path."""
+        sizes, stage, parameters = self._sizes, self._stage, self.parameters
+        q = path[:, : sizes.dof]
+        stage.arguments["q"][:] = q.reshape(stage.arguments["q"].shape)
+        stage.evaluate()
+        results = stage.results
+        weight = self._goal_weights
+        hessians = results["H"].reshape(sizes.steps, sizes.dof, sizes.dof) * weight[:, None, None]
+        hessians[:, np.arange(sizes.dof), np.arange(sizes.dof)] += parameters.proximal
+        gradients = results["g"].reshape(sizes.steps, sizes.dof) * weight[:, None] - parameters.proximal * q
+        self._program.cost(hessians, gradients, self._weights, self._last)
+        if sizes.rows:
+            # CasADi stores columns first.
+            slopes = results["J"].reshape(sizes.steps, sizes.dof, sizes.rows).transpose(0, 2, 1)
+            distances = results["d"].reshape(sizes.steps, sizes.rows)
+            self._program.distances(slopes, (slopes @ q[:, :, None])[:, :, 0] - distances)
+
+    def _move(self, state: FloatArray, path: FloatArray) -> None:
+        """Fill in the motion, linear around a path."""
+        sizes, model = self._sizes, self._model
+        before = np.vstack([state, path[:-1]])
+        if self._slopes is None:
+            by_state = np.broadcast_to(model.by_state, (sizes.steps, sizes.states, sizes.states))
+            by_input = np.broadcast_to(model.by_input, (sizes.steps, sizes.states, sizes.inputs))
+        else:
+            slopes = self._slopes
+            slopes.arguments["x"][:] = before.reshape(slopes.arguments["x"].shape)
+            slopes.arguments["a"][:] = self._plan.reshape(slopes.arguments["a"].shape)
+            slopes.evaluate()
+            by_state = slopes.results["A"].reshape(sizes.steps, sizes.states, sizes.states).transpose(0, 2, 1)
+            by_input = slopes.results["B"].reshape(sizes.steps, sizes.inputs, sizes.states).transpose(0, 2, 1)
+        offsets = path - (by_input @ self._plan[:, :, None])[:, :, 0]
+        offsets[1:] -= (by_state[1:] @ before[1:, :, None])[:, :, 0]
+        self._program.motion(by_state[1:], by_input, offsets)
+
+    def _bound(self, state: FloatArray) -> None:
+        """Fill in the bounds; those of states give way where braking cannot keep them."""
+        sizes, limits, program = self._sizes, self._limits, self._program
+        program.lower[sizes.input_places], program.upper[sizes.input_places] = limits.acceleration.T
+        program.lower[sizes.slack_places] = 0.0
+        braking = _braking(state[sizes.dof :], limits.acceleration, sizes.steps, self.parameters.step)
+        held = self._path(state, braking)
+        lower = np.concatenate([limits.position[:, 0], limits.velocity[:, 0]])
+        upper = np.concatenate([limits.position[:, 1], limits.velocity[:, 1]])
+        program.lower[sizes.state_places] = np.minimum(lower, held - SLACK_OF_BOUNDS)
+        program.upper[sizes.state_places] = np.maximum(upper, held + SLACK_OF_BOUNDS)
+
+
+def _shifted(plan: FloatArray, share: float) -> FloatArray:
+    """A plan a share of a step later."""
+    later = np.vstack([plan[1:], np.zeros((1, plan.shape[1]))])
+    shifted: FloatArray = (1.0 - share) * plan + share * later
+    return shifted
+
+
+def _braking(velocity: FloatArray, limits: FloatArray, steps: int, step: float) -> FloatArray:
+    """Inputs that bring velocities (n,) to rest as fast as limits (n, 2) allow, (steps, n)."""
+    inputs = np.empty((steps, len(velocity)))
+    left = velocity.copy()
+    for row in inputs:
+        row[:] = np.clip(-left / step, limits[:, 0], limits[:, 1])
+        left += step * row
+    return inputs
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Composed:
+    """A composed horizon."""
+
+    model: Model
+    stage: Any
+    rollout: Any
+    slopes: Any
+
+
+@lru_cache(maxsize=CACHED)
+def _composed(structure: Structure) -> Composed:
+    problem, parameters = structure.problem, structure.parameters
+    steps = parameters.horizon
+    model = Model(problem.robot, parameters.step)
+    stage = Stage(problem.robot, problem.goal, structure.capacities, parameters).function().map(steps)
+    if parameters.compile:
+        stage = compiled(stage)
+    return Composed(model, stage, model.rollout(steps), None if model.linear else model.slopes(steps))
