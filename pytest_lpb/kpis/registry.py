@@ -20,7 +20,8 @@ __all__ = ["Kpi", "Registry", "default_registry", "evaluate_kpis", "kpi", "load_
 
 F = TypeVar("F", bound=Callable[[Trajectory], Any])
 
-BUILTIN_MODULES = tuple(f"pytest_lpb.kpis.{group}" for group in ("goal", "path", "safety", "smoothness", "timing"))
+GROUPS = ("goal", "path", "safety", "smoothness", "solver", "timing")
+BUILTIN_MODULES = tuple(f"pytest_lpb.kpis.{group}" for group in GROUPS)
 
 
 class Registry:

@@ -19,7 +19,7 @@ class ReportedKpi(KpiColumn, Protocol):
 
     @property
     def group(self) -> str:
-        """`goal`, `path`, `safety`, `smoothness`, `timing` or `user`."""
+        """`goal`, `path`, `safety`, `smoothness`, `solver`, `timing` or `user`."""
 
 
 @dataclass(frozen=True)

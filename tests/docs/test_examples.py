@@ -49,7 +49,7 @@ def test_readme_commands_are_the_ones_ci_runs() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     commands = re.findall(r"^    (pip install -e .*)$", text, re.MULTILINE)
     assert commands == [
-        "pip install -e '.[test]' && pytest --lpb-planners=pd,potential_field,fabrics -n 2 scenarios/",
+        "pip install -e '.[test]' && pytest --lpb-planners=fabrics,mpc -n 2 scenarios/",
         "pip install -e '.[test]' && pytest",
     ]
 

@@ -41,7 +41,8 @@ Scene = Callable[..., Trajectory]  # of the step [s] and a placement; without it
 
 def timing(rows: int) -> dict[str, Array]:
     wall = np.append(np.linspace(3.0, 9.0, rows - 1), np.nan)
-    return {"solver_wall_ms": wall, "solver_cpu_ms": 0.8 * wall}
+    solved = np.append(np.ones(rows - 1), np.nan)
+    return {"solver_wall_ms": wall, "solver_cpu_ms": 0.8 * wall, "planner_solved": solved}
 
 
 def reaching(dt: float, place: Placement = ORIGIN) -> Trajectory:

@@ -31,6 +31,7 @@ def straight() -> Trajectory:
     wall = np.append(np.insert(np.arange(1.0, 20.0), 0, 100.0), np.nan)
     columns = {"applied0": applied, "solver_wall_ms": wall, "solver_cpu_ms": wall / 2.0}
     columns["self_clearance_m"] = np.linspace(0.3, -0.1, rows)
+    columns["planner_solved"] = np.append(np.where(np.arange(20) % 5, 1.0, 0.0), np.nan)
     return make_trial(problem, q, qd=qd, action=action, columns=columns, period_s=0.0175)
 
 
@@ -112,6 +113,7 @@ KNOWN: list[tuple[str, Callable[[], Trajectory], float, float]] = [
     ("setup_ms", straight, 7.0, 1e-9),
     ("deadline_miss_rate", straight, 3.0 / 20.0, 1e-9),  # 100, 18 and 19 ms against 17.5 ms
     ("longest_miss_burst", straight, 2.0, 0.0),
+    ("infeasible_rate", straight, 4.0 / 20.0, 1e-9),
     ("real_time_factor", straight, 4.0, 1e-9),
 ]
 

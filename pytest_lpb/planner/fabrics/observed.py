@@ -77,11 +77,28 @@ def _copy_rows(key: str, rows: slice | list[int], target: FloatArray) -> Fill:
     return fill
 
 
-def _tree(mesh: ObstacleInfo) -> Any:
-    """Points that stand for a mesh, to be searched, and how far from them its surface may be [m]."""
-    file = Path(mesh.file or "")
-    stat = file.stat()
-    return _searchable(str(file), mesh.scale, mesh.concave, stat.st_mtime_ns, stat.st_size)
+class Mesh:
+    """The points of a mesh, to be searched for the one nearest to a ball.
+
+    Args:
+        told: what the planner was told of the obstacle.
+    """
+
+    def __init__(self, told: ObstacleInfo) -> None:
+        file = Path(told.file or "")
+        stat = file.stat()
+        self._tree, self._reach = _searchable(str(file), told.scale, told.concave, stat.st_mtime_ns, stat.st_size)
+
+    def nearest(self, centres: FloatArray, position: FloatArray, orientation: FloatArray) -> FloatArray:
+        """Points (n, 3) [m] in the world that centres (n, 3) are as near to as they may be to the mesh at a pose."""
+        turn = np.array(matrix_of(orientation.tolist()))
+        local = (centres - position) @ turn
+        distance, nearest = self._tree.query(local)
+        # The surface between the points may be nearer: as near as they leave room for.
+        least = np.sqrt(np.maximum(distance * distance - self._reach * self._reach, 0.0))
+        share = (least / np.maximum(distance, TINY))[:, None]
+        found: FloatArray = (local + share * (self._tree.data[nearest] - local)) @ turn.T + position
+        return found
 
 
 @lru_cache(maxsize=64)
@@ -107,7 +124,7 @@ class MeshFill:
         self, obstacles: Sequence[ObstacleInfo], balls: Callable[[FloatArray], FloatArray], numbers: FloatArray
     ) -> None:
         self._members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == MESH]
-        self._trees = [_tree(obstacles[index]) for index in self._members]
+        self._meshes = [Mesh(obstacles[index]) for index in self._members]
         self._balls = balls
         self._slot = Slot(MESH, 3)
         self._numbers = numbers.reshape(-1, self._slot.length)
@@ -119,16 +136,10 @@ class MeshFill:
         centres = self._balls(observation["q"])
         count = len(centres)
         slot = self._slot
-        for row, (index, (tree, reach)) in enumerate(zip(self._members, self._trees, strict=True)):
-            turn = np.array(matrix_of(observation["obstacle_orientation"][index].tolist()))
-            position = observation["obstacle_position"][index]
-            local = (centres - position) @ turn
-            distance, nearest = tree.query(local)
-            # The surface between the points may be nearer: as near as they leave room for.
-            least = np.sqrt(np.maximum(distance * distance - reach * reach, 0.0))
-            share = (least / np.maximum(distance, TINY))[:, None]
+        for row, (index, mesh) in enumerate(zip(self._members, self._meshes, strict=True)):
+            position, orientation = (observation[f"obstacle_{key}"][index] for key in ("position", "orientation"))
             numbers = self._numbers[row * count : (row + 1) * count]
-            numbers[:, slot.of_time(0)] = (local + share * (tree.data[nearest] - local)) @ turn.T + position
+            numbers[:, slot.of_time(0)] = mesh.nearest(centres, position, orientation)
             numbers[:, slot.of_time(1)] = observation["obstacle_velocity"][index]
             numbers[:, slot.of_time(2)] = observation["obstacle_acceleration"][index]
             numbers[:, slot.present] = 1.0

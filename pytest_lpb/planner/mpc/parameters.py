@@ -25,6 +25,8 @@ class MpcParameters(Planner.Parameters):
     velocity_end: NotNegative = 1.0  # the same at the end
     input: Positive = 0.05  # weight of du/dt squared [s^4/m^2 or s^4/rad^2]
     input_change: NotNegative = 0.0  # weight of changes of du/dt from step to step
+    input_limit: Positive | None = None  # [m/s^2 or rad/s^2] bound of du/dt besides the robot's own; null: none
+    velocity_limit: Positive | None = None  # [m/s or rad/s] bound of u besides the robot's own; null: none
     proximal: NotNegative = 1e-3  # weight of moving away from the last plan: keeps redundant joints where they are
     margin: NotNegative = 0.02  # [m] that distances are to keep
     slack: Positive = 100.0  # cost of missing a distance [1/m]

@@ -12,10 +12,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.fabrics.shapes import MESH
 from pytest_lpb.planner.fabrics.structure import Structure
 from pytest_lpb.planner.mpc.model import Model
-from pytest_lpb.planner.mpc.observed import Fill, goal_fills, obstacle_fills
+from pytest_lpb.planner.mpc.observed import Fill, MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program, Sizes, Weights
 from pytest_lpb.planner.mpc.solver import PiqpSolver
@@ -26,6 +28,7 @@ from pytest_lpb.symbolic.buffered import BufferedFunction
 from pytest_lpb.symbolic.compiled import compiled
 
 CACHED = 32  # composed horizons that are kept
+ROUNDING = 1e-6  # relative
 SLACK_OF_BOUNDS = 1e-3  # [rad, m, ..] by which bounds give way beyond what braking needs
 
 
@@ -45,6 +48,7 @@ class Mpc(Planner):
     def setup(self, problem: PlannerProblem) -> None:
         """Compose the horizon, or take the composed one of an equal structure."""
         check_control(self.name, problem)
+        _check_period(problem, self.parameters)
         parameters, robot = self.parameters, problem.robot
         composed = _composed(Structure(problem, parameters))
         steps = parameters.horizon
@@ -68,8 +72,15 @@ class Mpc(Planner):
         arguments = self._stage.arguments
         self._fills: list[Fill] = goal_fills(problem.goal, arguments["goals"].reshape(steps, -1))
         self._fills += obstacle_fills(problem.obstacles, arguments, steps, problem.dimension)
-        self._limits = robot.limits
-        self._share = min(1.0, problem.period / parameters.step)
+        self._meshes: MeshFill | None = None
+        if composed.points is not None:
+            self._meshes = _mesh_fill(problem, composed.points, arguments, steps)
+        self._limits = dataclasses.replace(
+            robot.limits,
+            acceleration=_within(robot.limits.acceleration, parameters.input_limit),
+            velocity=_within(robot.limits.velocity, parameters.velocity_limit),
+        )
+        self._share = problem.period / parameters.step
         self._period = problem.period if problem.control == "velocity" else None
         self._plan: FloatArray = np.zeros((steps, model.inputs))
         self._last = np.zeros(model.inputs)
@@ -80,6 +91,7 @@ class Mpc(Planner):
     def compute_action(self, observation: Observation) -> FloatArray:
         """The first inputs of a new plan, or u after one period of them under velocity control."""
         state = np.concatenate([observation["q"], observation["u"]])
+        self._seen = observation
         for fill in self._fills:
             fill(observation)
         parameters = self.parameters
@@ -127,6 +139,8 @@ class Mpc(Planner):
         sizes, stage, parameters = self._sizes, self._stage, self.parameters
         q = path[:, : sizes.dof]
         stage.arguments["q"][:] = q.reshape(stage.arguments["q"].shape)
+        if self._meshes is not None:
+            self._meshes.fill(self._seen, q)
         stage.evaluate()
         results = stage.results
         weight = self._goal_weights
@@ -171,6 +185,19 @@ class Mpc(Planner):
         program.upper[sizes.state_places] = np.maximum(upper, held + SLACK_OF_BOUNDS)
 
 
+def _check_period(problem: PlannerProblem, parameters: MpcParameters) -> None:
+    """Raise ConfigurationError for a period that is longer than a step: inputs are held for a period."""
+    if problem.period > parameters.step * (1.0 + ROUNDING):
+        raise ConfigurationError(
+            f"step: found {parameters.step:g} s; a step of the plan must last at least a period, {problem.period:g} s"
+        )
+
+
+def _within(limits: FloatArray, bound: float | None) -> FloatArray:
+    """Limits (n, 2), no farther from 0 than a bound."""
+    return limits if bound is None else np.clip(limits, -bound, bound)
+
+
 def _shifted(plan: FloatArray, share: float) -> FloatArray:
     """A plan a share of a step later."""
     later = np.vstack([plan[1:], np.zeros((1, plan.shape[1]))])
@@ -196,6 +223,7 @@ class Composed:
     stage: Any
     rollout: Any
     slopes: Any
+    points: Any  # centres of the balls at each step, where meshes ask for them
 
 
 @lru_cache(maxsize=CACHED)
@@ -203,7 +231,21 @@ def _composed(structure: Structure) -> Composed:
     problem, parameters = structure.problem, structure.parameters
     steps = parameters.horizon
     model = Model(problem.robot, parameters.step)
-    stage = Stage(problem.robot, problem.goal, structure.capacities, parameters).function().map(steps)
+    stage = Stage(problem.robot, problem.goal, structure.capacities, parameters)
+    horizon = stage.function().map(steps)
     if parameters.compile:
-        stage = compiled(stage)
-    return Composed(model, stage, model.rollout(steps), None if model.linear else model.slopes(steps))
+        horizon = compiled(horizon)
+    slopes = None if model.linear else model.slopes(steps)
+    points = stage.points().map(steps) if MESH in structure.capacities else None
+    return Composed(model, horizon, model.rollout(steps), slopes, points)
+
+
+def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any, steps: int) -> MeshFill:
+    buffered = BufferedFunction(points)
+
+    def balls(q: FloatArray) -> FloatArray:
+        buffered.arguments["q"][:] = q.reshape(buffered.arguments["q"].shape)
+        buffered()
+        return buffered.results["points"].reshape(steps, -1, 3)
+
+    return MeshFill(problem.obstacles, balls, arguments[f"obstacles_{MESH}"], steps)
