@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
-from pytest_lpb.errors import Infeasible, PlannerError, in_one_line
+from pytest_lpb.errors import Infeasible, LpbError, PlannerError, in_one_line
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
 
@@ -192,5 +192,6 @@ def ended(log: Log, outcome: str, error: BaseException) -> Log:
     """The log of a trial that an error ends."""
     log.outcome = outcome
     log.fault = in_one_line(error)
-    log.details = "" if isinstance(error, PlannerError | Infeasible) else "".join(traceback.format_exception(error))
+    # What is raised on purpose says itself what is wrong; of anything else the place helps.
+    log.details = "" if isinstance(error, LpbError) else "".join(traceback.format_exception(error))
     return log

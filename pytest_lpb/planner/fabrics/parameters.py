@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -48,16 +49,55 @@ def _checked(text: str, *variables: str) -> str:
     return text
 
 
-def _energy(text: str) -> str:
-    """An energy: none, or one that weighs what moves. Raises ValueError."""
+def _value(text: str, of: Callable[[Any, Any, Any], Any]) -> float:
+    """What is made of an expression in x and xdot, where something approaches at `PROBE`."""
     import casadi  # late: only planners that are chosen are checked
 
-    _checked(text, "x", "xdot")
     x, xdot = casadi.SX.sym("x"), casadi.SX.sym("xdot")
-    energy = casadi_expression(named(text), {"x": x, "xdot": xdot})
-    metric = casadi.Function("metric", [x, xdot], [casadi.hessian(energy, xdot)[0]])
-    if not energy.is_zero() and not float(metric(PROBE, -PROBE)) > 0.0:
+    made = of(casadi_expression(named(text), {"x": x, "xdot": xdot}), x, xdot)
+    return float(casadi.Function("value", [x, xdot], [made])(PROBE, -PROBE))
+
+
+def _finite(text: str, value: float, what: str) -> None:
+    if not isfinite(value):
+        raise ValueError(f"{text!r} has {what} of {value} at x = {PROBE}, xdot = {-PROBE}")
+
+
+def _energy(text: str) -> str:
+    """An energy: none, or one that weighs what moves. Raises ValueError."""
+    import casadi
+
+    _checked(text, "x", "xdot")
+    metric = _value(text, lambda energy, x, xdot: casadi.hessian(energy, xdot)[0])  # noqa: ARG005
+    _finite(text, metric, "a metric")
+    if named(text) != "0" and not metric > 0.0:
         raise ValueError(f"the energy {text!r} gives what approaches no weight: d2L/dxdot2 must be above 0")
+    return text
+
+
+def _geometry(text: str) -> str:
+    """A geometry that is a number where it counts. Raises ValueError."""
+    _checked(text, "x", "xdot")
+    _finite(text, _value(text, lambda geometry, x, xdot: geometry), "a value")  # noqa: ARG005
+    return text
+
+
+def _potential(text: str) -> str:
+    """A potential that pulls towards the target. Raises ValueError."""
+    import casadi
+
+    _checked(text, "x")
+    slope = _value(text, lambda potential, x, xdot: casadi.gradient(potential, x))  # noqa: ARG005
+    _finite(text, slope, "a slope")
+    if slope < 0.0:
+        raise ValueError(f"the potential {text!r} falls with the distance x: it would drive away from the target")
+    return text
+
+
+def _pull(text: str) -> str:
+    """The energy of an attractor, without which it would not pull. Raises ValueError."""
+    if named(_energy(text)) == "0":
+        raise ValueError("without an energy no sub-goal would count; for one that is not to count give it no weight")
     return text
 
 
@@ -69,9 +109,10 @@ def _plane(numbers: tuple[float, ...]) -> tuple[float, ...]:
 
 
 Plane = Annotated[tuple[float, ...], Field(min_length=3, max_length=4), AfterValidator(_plane)]
-Geometry = Annotated[str, AfterValidator(lambda text: _checked(text, "x", "xdot"))]
+Geometry = Annotated[str, AfterValidator(_geometry)]
 Energy = Annotated[str, AfterValidator(_energy)]
-Potential = Annotated[str, AfterValidator(lambda text: _checked(text, "x"))]
+Potential = Annotated[str, AfterValidator(_potential)]
+Pull = Annotated[str, AfterValidator(_pull)]
 
 
 @dataclass(frozen=True)
@@ -87,7 +128,7 @@ class FabricsParameters(Planner.Parameters):
     self_collision_geometry: Geometry = NAMED["soft_barrier"]
     limit_energy: Energy = NAMED["approaching_energy"]
     limit_geometry: Geometry = NAMED["limit_barrier"]
-    attractor_energy: Energy = NAMED["near_goal_energy"]
+    attractor_energy: Pull = NAMED["near_goal_energy"]
     attractor_potential: Potential = NAMED["soft_norm"]
     damping_near: NotNegative = 6.5  # [1/s] at the goal
     damping_far: NotNegative = 0.01  # [1/s] everywhere
