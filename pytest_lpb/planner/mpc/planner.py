@@ -16,11 +16,12 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.shapes import MESH
 from pytest_lpb.planner.fabrics.structure import Structure
+from pytest_lpb.planner.mpc.converged import ConvergedSolver, NonlinearProgram, compose, guess_of
 from pytest_lpb.planner.mpc.model import Model
 from pytest_lpb.planner.mpc.observed import Fill, MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program, Sizes, Weights
-from pytest_lpb.planner.mpc.solver import PiqpSolver
+from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution
 from pytest_lpb.planner.mpc.stages import Stage
 from pytest_lpb.planner.task import check_control
 from pytest_lpb.problem.preview import Preview
@@ -29,7 +30,8 @@ from pytest_lpb.symbolic.compiled import compiled
 
 CACHED = 32  # composed horizons that are kept
 ROUNDING = 1e-6  # relative
-SLACK_OF_BOUNDS = 1e-3  # [rad, m, ..] by which bounds give way beyond what braking needs
+INSET = 2e-2  # [rad or m] by which plans stay within position limits: programs are solved to a tolerance
+GIVE = 1e-6  # [rad, m, ..] by which bounds give way beyond what braking needs
 
 
 class Mpc(Planner):
@@ -49,6 +51,7 @@ class Mpc(Planner):
         """Compose the horizon, or take the composed one of an equal structure."""
         check_control(self.name, problem)
         _check_period(problem, self.parameters)
+        _check_solver(self.parameters)
         parameters, robot = self.parameters, problem.robot
         composed = _composed(Structure(problem, parameters))
         steps = parameters.horizon
@@ -61,14 +64,10 @@ class Mpc(Planner):
         self._sizes = Sizes(steps, model.inputs, model.states, model.dof, rows)
         self._program = Program(self._sizes)
         self._solver = PiqpSolver(self._program, parameters.tolerance)
-        self._weights = Weights(
-            parameters.velocity,
-            parameters.velocity_end,
-            parameters.input,
-            parameters.input_change,
-            parameters.slack,
-            parameters.slack_squared,
-        )
+        self._converged = None
+        if composed.nonlinear is not None:
+            self._converged = ConvergedSolver(composed.nonlinear, self._sizes)
+        self._weights = _weights(parameters)
         arguments = self._stage.arguments
         self._fills: list[Fill] = goal_fills(problem.goal, arguments["goals"].reshape(steps, -1))
         self._fills += obstacle_fills(problem.obstacles, arguments, steps, problem.dimension)
@@ -85,8 +84,8 @@ class Mpc(Planner):
         self._plan: FloatArray = np.zeros((steps, model.inputs))
         self._last = np.zeros(model.inputs)
         self._first = True
-        self._goal_weights = np.full(steps, parameters.goal)
-        self._goal_weights[-1] = parameters.goal_end
+        self._failed = self._sizes.steps  # so many calls ago there was a plan: before the first there is none
+        self._goal_weights = _goal_weights(parameters)
 
     def compute_action(self, observation: Observation) -> FloatArray:
         """The first inputs of a new plan, or u after one period of them under velocity control."""
@@ -99,10 +98,15 @@ class Mpc(Planner):
             self._plan = _shifted(self._plan, self._share)
         iterations = parameters.first_iterations if self._first else parameters.iterations
         self._first = False
-        for _ in range(iterations):
-            solution = self._iterate(state)
-            if not solution.solved:
-                break
+        solution = self._iterate(state) if self._converged is None else self._converge(state, self._converged)
+        for _ in range(iterations - 1 if self._converged is None else 0):
+            if solution.solved:
+                solution = self._iterate(state)
+        self._failed = 0 if solution.solved else self._failed + 1
+        if self._failed * self._share > len(self._plan):
+            # Nothing is left of the last plan that was one: to rest, as fast as the limits allow.
+            u = state[self._sizes.dof :]
+            self._plan = _braking(u, self._limits.acceleration, len(self._plan), parameters.step)
         self.diagnostics = {
             "solved": float(solution.solved),
             "iterations": float(solution.iterations),
@@ -114,7 +118,20 @@ class Mpc(Planner):
             return self._last.copy()
         return np.asarray(observation["u"] + self._period * self._last)
 
-    def _iterate(self, state: FloatArray) -> Any:
+    def _converge(self, state: FloatArray, solver: ConvergedSolver) -> Solution:
+        """The nonlinear program itself, started from the plan."""
+        self._bound(state)
+        path = self._path(state, self._plan)
+        if self._meshes is not None:
+            self._meshes.fill(self._seen, path[:, : self._sizes.dof])
+        guess = guess_of(self._sizes, self._plan, path)
+        program = self._program
+        solution = solver.solve(state, self._last, self._stage.arguments, program.lower, program.upper, guess)
+        if solution.solved:
+            self._plan = solution.z[self._sizes.input_places]
+        return solution
+
+    def _iterate(self, state: FloatArray) -> Solution:
         """One quadratic program around the plan, which becomes its solution if there is one."""
         sizes = self._sizes
         path = self._path(state, self._plan)
@@ -179,10 +196,10 @@ class Mpc(Planner):
         program.lower[sizes.slack_places] = 0.0
         braking = _braking(state[sizes.dof :], limits.acceleration, sizes.steps, self.parameters.step)
         held = self._path(state, braking)
-        lower = np.concatenate([limits.position[:, 0], limits.velocity[:, 0]])
-        upper = np.concatenate([limits.position[:, 1], limits.velocity[:, 1]])
-        program.lower[sizes.state_places] = np.minimum(lower, held - SLACK_OF_BOUNDS)
-        program.upper[sizes.state_places] = np.maximum(upper, held + SLACK_OF_BOUNDS)
+        lower = np.concatenate([limits.position[:, 0] + INSET, limits.velocity[:, 0]])
+        upper = np.concatenate([limits.position[:, 1] - INSET, limits.velocity[:, 1]])
+        program.lower[sizes.state_places] = np.minimum(lower, held) - GIVE
+        program.upper[sizes.state_places] = np.maximum(upper, held) + GIVE
 
 
 def _check_period(problem: PlannerProblem, parameters: MpcParameters) -> None:
@@ -190,6 +207,15 @@ def _check_period(problem: PlannerProblem, parameters: MpcParameters) -> None:
     if problem.period > parameters.step * (1.0 + ROUNDING):
         raise ConfigurationError(
             f"step: found {parameters.step:g} s; a step of the plan must last at least a period, {problem.period:g} s"
+        )
+
+
+def _check_solver(parameters: MpcParameters) -> None:
+    """Raise ConfigurationError for rows that are picked, which solvers that converge cannot take."""
+    if parameters.solver != "sqp" and (parameters.nearest or parameters.own_nearest):
+        raise ConfigurationError(
+            f"solver: {parameters.solver} needs distances that are smooth: "
+            f"nearest: 0 and own_nearest: 0, found {parameters.nearest} and {parameters.own_nearest}"
         )
 
 
@@ -224,6 +250,7 @@ class Composed:
     rollout: Any
     slopes: Any
     points: Any  # centres of the balls at each step, where meshes ask for them
+    nonlinear: NonlinearProgram | None  # where it is to be solved to convergence
 
 
 @lru_cache(maxsize=CACHED)
@@ -232,12 +259,39 @@ def _composed(structure: Structure) -> Composed:
     steps = parameters.horizon
     model = Model(problem.robot, parameters.step)
     stage = Stage(problem.robot, problem.goal, structure.capacities, parameters)
-    horizon = stage.function().map(steps)
+    single = stage.function()
+    horizon = single.map(steps)
     if parameters.compile:
         horizon = compiled(horizon)
     slopes = None if model.linear else model.slopes(steps)
     points = stage.points().map(steps) if MESH in structure.capacities else None
-    return Composed(model, horizon, model.rollout(steps), slopes, points)
+    return Composed(model, horizon, model.rollout(steps), slopes, points, _nonlinear(parameters, stage, single, model))
+
+
+def _nonlinear(parameters: MpcParameters, stage: Stage, single: Any, model: Model) -> NonlinearProgram | None:
+    if parameters.solver == "sqp":
+        return None
+    sizes = Sizes(parameters.horizon, model.inputs, model.states, model.dof, single.size1_out("d"))
+    weights, goal_weights = _weights(parameters), _goal_weights(parameters)
+    return compose(parameters.solver, single, stage.errors(), model, sizes, weights, goal_weights, parameters.tolerance)
+
+
+def _weights(parameters: MpcParameters) -> Weights:
+    return Weights(
+        parameters.velocity,
+        parameters.velocity_end,
+        parameters.input,
+        parameters.input_change,
+        parameters.slack,
+        parameters.slack_squared,
+    )
+
+
+def _goal_weights(parameters: MpcParameters) -> FloatArray:
+    """Of the squared errors after each step, (N,)."""
+    weights = np.full(parameters.horizon, parameters.goal)
+    weights[-1] = parameters.goal_end
+    return weights
 
 
 def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any, steps: int) -> MeshFill:

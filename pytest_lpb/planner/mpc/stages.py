@@ -81,6 +81,12 @@ class Stage:
             {"cse": True},
         )
 
+    def errors(self) -> Any:
+        """Function of `q` and the targets `goals` to the errors, times the roots of their weights, (m, 1)."""
+        targets = casadi.SX.sym("goals", sum(goal.size for goal in self._goals))
+        errors = casadi.densify(self._errors(targets))
+        return casadi.Function("errors", [self.state.q, targets], [errors], ["q", "goals"], ["e"], {"cse": True})
+
     def points(self) -> Any:
         """Function of q to the centres of all balls, (d, balls) [m], to find the nearest points of meshes."""
         places = casadi.horzcat(*(ball.place(self.state.frames) for ball in self.balls))
