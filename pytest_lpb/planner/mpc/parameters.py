@@ -20,9 +20,9 @@ class MpcParameters(Planner.Parameters):
     horizon: Annotated[int, Field(ge=2, le=200)] = 20  # steps
     step: Positive = 0.1  # [s] length of one
     goal: NotNegative = 1.0  # weight of the squared error of each sub-goal, times its own weight [1/m^2 or 1/rad^2]
-    goal_end: NotNegative = 10.0  # the same at the end of the horizon
+    goal_end: NotNegative = 10.0  # in its place at the end of the horizon
     velocity: NotNegative = 0.1  # weight of u squared [s^2/m^2 or s^2/rad^2]
-    velocity_end: NotNegative = 1.0  # the same at the end
+    velocity_end: NotNegative = 1.0  # added to it at the end
     input: Positive = 0.05  # weight of du/dt squared [s^4/m^2 or s^4/rad^2]
     input_change: NotNegative = 0.0  # weight of changes of du/dt from step to step
     input_limit: Positive | None = None  # [m/s^2 or rad/s^2] bound of du/dt besides the robot's own; null: none
