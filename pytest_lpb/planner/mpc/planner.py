@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from functools import lru_cache
+from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
@@ -84,7 +85,7 @@ class Mpc(Planner):
         self._plan: FloatArray = np.zeros((steps, model.inputs))
         self._last = np.zeros(model.inputs)
         self._first = True
-        self._failed = self._sizes.steps  # so many calls ago there was a plan: before the first there is none
+        self._failed = inf  # so many calls ago there was a plan: before the first there is none
         self._goal_weights = _goal_weights(parameters)
 
     def compute_action(self, observation: Observation) -> FloatArray:
@@ -102,7 +103,7 @@ class Mpc(Planner):
         for _ in range(iterations - 1 if self._converged is None else 0):
             if solution.solved:
                 solution = self._iterate(state)
-        self._failed = 0 if solution.solved else self._failed + 1
+        self._failed = 0.0 if solution.solved else self._failed + 1.0
         if self._failed * self._share > len(self._plan):
             # Nothing is left of the last plan that was one: to rest, as fast as the limits allow.
             u = state[self._sizes.dof :]
