@@ -26,11 +26,13 @@ def goal_fills(goals: Sequence[GoalInfo], arguments: Mapping[str, FloatArray]) -
     fills: list[Fill] = []
     for place, goal in enumerate(goals):
         for row, suffix in enumerate(TIMES if goal.moving else TIMES[:1]):
-            fills.append(_copy(f"goal_{goal.name}{suffix}", arguments[f"goal{place}"][row]))
+            fills.append(copy_of(f"goal_{goal.name}{suffix}", arguments[f"goal{place}"][row]))
     return fills
 
 
-def _copy(key: str, target: FloatArray) -> Fill:
+def copy_of(key: str, target: FloatArray) -> Fill:
+    """What copies an entry of the observation to where it is wanted."""
+
     def fill(observation: Observation) -> None:
         target[:] = observation[key]
 

@@ -6,10 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
 from pytest_lpb.planner.fabrics.layout import FAR_M, Slot
-from pytest_lpb.planner.fabrics.observed import Mesh
+from pytest_lpb.planner.fabrics.observed import Fill, Mesh, copy_of
 from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
-
-Fill = Callable[[Observation], None]
 
 
 def goal_fills(goals: Sequence[GoalInfo], targets: FloatArray) -> list[Fill]:
@@ -18,16 +16,9 @@ def goal_fills(goals: Sequence[GoalInfo], targets: FloatArray) -> list[Fill]:
     start = 0
     for goal in goals:
         part = targets[:, start : start + goal.size]
-        fills.append(_copy(f"goal_{goal.name}_preview" if goal.moving else f"goal_{goal.name}", part))
+        fills.append(copy_of(f"goal_{goal.name}_preview" if goal.moving else f"goal_{goal.name}", part))
         start += goal.size
     return fills
-
-
-def _copy(key: str, target: FloatArray) -> Fill:
-    def fill(observation: Observation) -> None:
-        target[:] = observation[key]
-
-    return fill
 
 
 def obstacle_fills(

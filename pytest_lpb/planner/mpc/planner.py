@@ -15,11 +15,12 @@ import numpy as np
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.fabrics.observed import Fill
 from pytest_lpb.planner.fabrics.shapes import MESH
 from pytest_lpb.planner.fabrics.structure import Structure
 from pytest_lpb.planner.mpc.converged import ConvergedSolver, NonlinearProgram, compose, guess_of
 from pytest_lpb.planner.mpc.model import Model
-from pytest_lpb.planner.mpc.observed import Fill, MeshFill, goal_fills, obstacle_fills
+from pytest_lpb.planner.mpc.observed import MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program, Sizes, Weights
 from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution

@@ -481,9 +481,11 @@ def test_parameters_that_make_no_sense_are_refused(parameters: Entry, said: str)
 
 
 def test_parameters_by_name_are_accepted() -> None:
-    PlannerConfiguration(
-        "mine", "fabrics", {"obstacle_geometry": "soft_barrier", "planes": [[0.0, 0.0, 1.0, 0.02]], "links": "exact"}
-    ).check()
+    given = {"obstacle_geometry": "soft_barrier", "planes": [[0.0, 0.0, 1.0, 0.02]], "links": "exact"}
+    configuration = PlannerConfiguration("mine", "fabrics", given)
+    configuration.check()
+    found = configuration.parameters_for("point", "acceleration")
+    assert (found.obstacle_geometry, found.planes, found.links) == ("soft_barrier", ((0.0, 0.0, 1.0, 0.02),), "exact")
 
 
 # What users may write
