@@ -96,6 +96,16 @@ def test_each_row_imports_rows_above_only() -> None:
             assert allowed_imports()[name] <= above, f"{name} imports what comes after it"
 
 
+@pytest.mark.parametrize(
+    ("package", "others"), [("scene", ("fabrics", "mpc")), ("fabrics", ("mpc",)), ("mpc", ("fabrics",))]
+)
+def test_planners_share_what_is_below_them_only(package: str, others: tuple[str, ...]) -> None:
+    files = sorted((PACKAGE / "planner" / package).glob("*.py"))
+    modules = {module for path in files for module, _ in imports_of(path)}
+    assert modules
+    assert not {module for module in modules for other in others if module.startswith(f"pytest_lpb.planner.{other}")}
+
+
 def test_only_the_plugin_imports_pytest() -> None:
     importers = {
         unit_of(path)

@@ -10,13 +10,13 @@ import casadi
 
 from pytest_lpb.planner.base import GoalInfo
 from pytest_lpb.planner.fabrics.geometries import Geometries
-from pytest_lpb.planner.fabrics.goals import ERRORS
 from pytest_lpb.planner.fabrics.leaves import Attractor
-from pytest_lpb.planner.fabrics.maps import Reference, State
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.shapes import length
 from pytest_lpb.planner.fabrics.specs import SIGNS, Spec
 from pytest_lpb.planner.fabrics.speed import controlled
+from pytest_lpb.planner.scene.goals import ERRORS
+from pytest_lpb.planner.scene.maps import Reference, State
+from pytest_lpb.planner.scene.shapes import length
 from pytest_lpb.problem.robot import Robot
 
 

@@ -17,16 +17,16 @@ import casadi
 import numpy as np
 
 from pytest_lpb.planner.fabrics.brake import Damping
-from pytest_lpb.planner.fabrics.layout import Slot
 from pytest_lpb.planner.fabrics.leaves import ScalarLeaf
-from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Part, ends_of
-from pytest_lpb.planner.fabrics.robot_parts import parts_of
-from pytest_lpb.planner.fabrics.segments import segment_derivatives
-from pytest_lpb.planner.fabrics.self_collision import pairs_of
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
-from pytest_lpb.planner.fabrics.specs import SIGNS, Mapped, Spec
+from pytest_lpb.planner.fabrics.specs import SIGNS, Spec
+from pytest_lpb.planner.scene.layout import Slot
+from pytest_lpb.planner.scene.maps import Mapped, State, derivatives
+from pytest_lpb.planner.scene.parts import Ball, Part, ends_of
+from pytest_lpb.planner.scene.robot_parts import parts_of
+from pytest_lpb.planner.scene.segments import segment_derivatives
+from pytest_lpb.planner.scene.self_collision import pairs_of
+from pytest_lpb.planner.scene.shapes import MESH, SHAPES
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,9 @@ class Geometries:
         self._state = state
         self._parameters = parameters
         self._sign = SIGNS[parameters.curvature_term]
-        self.parts = [part for part in parts_of(state.robot, parameters) if self._moves(part)]
+        exact = parameters.links == "exact"
+        parts = parts_of(state.robot, parameters, exact=exact, lookahead=parameters.lookahead)
+        self.parts = [part for part in parts if self._moves(part)]
 
     def _moves(self, part: Part) -> bool:
         return bool(casadi.depends_on(part.place(self._state.frames), self._state.q))

@@ -10,8 +10,9 @@ from typing import Any
 import casadi
 
 from pytest_lpb.planner.fabrics.parameters import named
-from pytest_lpb.planner.fabrics.shapes import length
-from pytest_lpb.planner.fabrics.specs import Mapped, Spec
+from pytest_lpb.planner.fabrics.specs import Spec
+from pytest_lpb.planner.scene.maps import Mapped
+from pytest_lpb.planner.scene.shapes import length
 from pytest_lpb.symbolic.expressions import casadi_expression
 
 

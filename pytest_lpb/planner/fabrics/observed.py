@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
-from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
-from pytest_lpb.planner.fabrics.layout import FAR_M, Slot
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES, TINY
-from pytest_lpb.problem.spatial.rotations import matrix_of
+from pytest_lpb.planner.scene.fills import Fill, copy_of, fill_shapes, members_of, orientations
+from pytest_lpb.planner.scene.layout import FAR_M, Slot
+from pytest_lpb.planner.scene.meshes import Mesh
+from pytest_lpb.planner.scene.shapes import MESH
 
-SPACING_M = 0.02  # [m] between the points that stand for a mesh
 KEYS = ("obstacle_position", "obstacle_velocity", "obstacle_acceleration")
 TIMES = ("", "_velocity", "_acceleration")
-
-Fill = Callable[[Observation], None]
 
 
 def goal_fills(goals: Sequence[GoalInfo], arguments: Mapping[str, FloatArray]) -> list[Fill]:
@@ -30,34 +23,17 @@ def goal_fills(goals: Sequence[GoalInfo], arguments: Mapping[str, FloatArray]) -
     return fills
 
 
-def copy_of(key: str, target: FloatArray) -> Fill:
-    """What copies an entry of the observation to where it is wanted."""
-
-    def fill(observation: Observation) -> None:
-        target[:] = observation[key]
-
-    return fill
-
-
 def obstacle_fills(
     obstacles: Sequence[ObstacleInfo], arguments: Mapping[str, FloatArray], dimension: int
 ) -> list[Fill]:
     """Functions that fill in obstacles of shapes known in closed form; their sizes and presence are filled in here."""
     fills: list[Fill] = []
-    for shape in sorted({obstacle.shape for obstacle in obstacles} - {MESH}):
-        members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == shape]
+    for shape, members in members_of(obstacles):
         slot = Slot(shape, dimension)
         numbers = arguments[f"obstacles_{shape}"].reshape(-1, slot.length)  # one slot alone is no matrix
-        numbers[:] = 0.0
-        numbers[:, slot.of_time(0)] = FAR_M
-        if slot.turn.stop - slot.turn.start == 4:
-            numbers[:, slot.turn.start] = 1.0
-        numbers[:, slot.sizes] = 1.0
-        for row, index in enumerate(members):
-            numbers[row, slot.sizes] = SHAPES[shape].sizes(obstacles[index])
-            numbers[row, slot.present] = 1.0
+        fill_shapes(slot, numbers, [obstacles[index] for index in members])
         moving = any(obstacles[index].moving for index in members)
-        fills += _of_shape(slot, members, numbers, moving=moving)
+        fills += _of_shape(slot, members, numbers[: len(members)], moving=moving)
     return fills
 
 
@@ -65,52 +41,10 @@ def _of_shape(slot: Slot, members: list[int], numbers: FloatArray, *, moving: bo
     """Positions, velocities and accelerations if anything moves, orientations if they matter."""
     whole = members == list(range(members[0], members[0] + len(members)))
     rows: slice | list[int] = slice(members[0], members[0] + len(members)) if whole else members
-    targets = [(key, numbers[: len(members), slot.of_time(row)]) for row, key in enumerate(KEYS[: 3 if moving else 1])]
-    if slot.turn.stop > slot.turn.start:
-        turns = numbers[: len(members), slot.turn]
-        targets.append(("obstacle_orientation", turns if turns.shape[1] > 1 else turns[:, 0]))
-    return [_copy_rows(key, rows, target) for key, target in targets]
-
-
-def _copy_rows(key: str, rows: slice | list[int], target: FloatArray) -> Fill:
-    def fill(observation: Observation) -> None:
-        target[:] = observation[key][rows]
-
-    return fill
-
-
-class Mesh:
-    """The points of a mesh, to be searched for the one nearest to a ball.
-
-    Args:
-        told: what the planner was told of the obstacle.
-    """
-
-    def __init__(self, told: ObstacleInfo) -> None:
-        file = Path(told.file or "")
-        stat = file.stat()
-        self._tree, self._reach = _searchable(str(file), told.scale, told.concave, stat.st_mtime_ns, stat.st_size)
-
-    def nearest(self, centres: FloatArray, position: FloatArray, orientation: FloatArray) -> FloatArray:
-        """Points (n, 3) [m] in the world that centres (n, 3) are as near to as they may be to the mesh at a pose."""
-        turn = np.array(matrix_of(orientation.tolist()))
-        local = (centres - position) @ turn
-        distance, nearest = self._tree.query(local)
-        # The surface between the points may be nearer: as near as they leave room for.
-        least = np.sqrt(np.maximum(distance * distance - self._reach * self._reach, 0.0))
-        share = (least / np.maximum(distance, TINY))[:, None]
-        found: FloatArray = (local + share * (self._tree.data[nearest] - local)) @ turn.T + position
-        return found
-
-
-@lru_cache(maxsize=64)
-def _searchable(file: str, scale: float, concave: bool, _changed: int, _size: int) -> Any:
-    from scipy.spatial import cKDTree  # late: few scenarios have meshes
-
-    from pytest_lpb.problem.spatial.meshes import surface_sample
-
-    points, reach = surface_sample(file, scale, SPACING_M, concave=concave)
-    return cKDTree(points), reach
+    keys = KEYS if moving else KEYS[:1]
+    fills = [copy_of(key, numbers[:, slot.of_time(derivative)], rows) for derivative, key in enumerate(keys)]
+    turns = orientations(slot, numbers)
+    return fills if turns is None else [*fills, copy_of("obstacle_orientation", turns, rows)]
 
 
 class MeshFill:

@@ -10,10 +10,11 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.composition import Composer
-from pytest_lpb.planner.fabrics.observed import Fill, MeshFill, goal_fills, obstacle_fills
+from pytest_lpb.planner.fabrics.observed import MeshFill, goal_fills, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.shapes import MESH
-from pytest_lpb.planner.fabrics.structure import Structure
+from pytest_lpb.planner.scene.fills import Fill
+from pytest_lpb.planner.scene.shapes import MESH
+from pytest_lpb.planner.scene.structure import Structure
 from pytest_lpb.planner.task import check_control
 from pytest_lpb.symbolic.buffered import BufferedFunction
 from pytest_lpb.symbolic.compiled import compiled

@@ -11,31 +11,9 @@ from typing import Any
 
 import casadi
 
+from pytest_lpb.planner.scene.maps import Mapped
+
 SIGNS = {"theory": 1.0, "reference": -1.0}  # of the curvature term in a geometry's pull-back
-
-
-@dataclass(frozen=True)
-class Mapped:
-    """A map x(q, t) from the configuration to a task space of m entries, where the state is now.
-
-    With w the inputs (n,): x' = `velocity`, x'' = `jacobian` w' + `curvature` + `drift`.
-    """
-
-    value: Any  # (m, 1)
-    velocity: Any  # (m, 1), that of references included
-    jacobian: Any  # (m, n) per input
-    curvature: Any  # (m, 1): of x'' what depends on velocities
-    drift: Any  # (m, 1): of x'' what comes from accelerations of references
-
-    def rows(self, rows: slice) -> Mapped:
-        """Some of the entries."""
-        return Mapped(
-            self.value[rows],
-            self.velocity[rows],
-            self.jacobian[rows, :],
-            self.curvature[rows],
-            self.drift[rows],
-        )
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,6 @@ import numpy as np
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.fabrics.observed import Fill
-from pytest_lpb.planner.fabrics.shapes import MESH
-from pytest_lpb.planner.fabrics.structure import Structure
 from pytest_lpb.planner.mpc.converged import ConvergedSolver, NonlinearProgram, compose, guess_of
 from pytest_lpb.planner.mpc.model import Model
 from pytest_lpb.planner.mpc.observed import MeshFill, goal_fills, obstacle_fills
@@ -25,6 +22,9 @@ from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program, Sizes, Weights
 from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution
 from pytest_lpb.planner.mpc.stages import Stage
+from pytest_lpb.planner.scene.fills import Fill
+from pytest_lpb.planner.scene.shapes import MESH
+from pytest_lpb.planner.scene.structure import Structure
 from pytest_lpb.planner.task import check_control
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.symbolic.buffered import BufferedFunction

@@ -10,15 +10,15 @@ from typing import Any
 import casadi
 
 from pytest_lpb.planner.base import GoalInfo
-from pytest_lpb.planner.fabrics.goals import ERRORS
-from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.maps import State
-from pytest_lpb.planner.fabrics.parts import Ball, ends_of
-from pytest_lpb.planner.fabrics.robot_parts import balls_of
-from pytest_lpb.planner.fabrics.segments import segment_derivatives
-from pytest_lpb.planner.fabrics.self_collision import pairs_of
-from pytest_lpb.planner.fabrics.shapes import MESH
 from pytest_lpb.planner.mpc.parameters import MpcParameters
+from pytest_lpb.planner.scene.goals import ERRORS
+from pytest_lpb.planner.scene.layout import Slot
+from pytest_lpb.planner.scene.maps import State
+from pytest_lpb.planner.scene.parts import Ball, ends_of
+from pytest_lpb.planner.scene.robot_parts import balls_of
+from pytest_lpb.planner.scene.segments import segment_derivatives
+from pytest_lpb.planner.scene.self_collision import pairs_of
+from pytest_lpb.planner.scene.shapes import MESH
 from pytest_lpb.problem.robot import Robot
 
 ABSENT_M = 1e3  # [m] added to distances to slots without an obstacle

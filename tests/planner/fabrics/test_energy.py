@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.maps import State
-from pytest_lpb.planner.fabrics.shapes import SHAPES
 from pytest_lpb.planner.fabrics.specs import solve
 from pytest_lpb.planner.fabrics.speed import energised
+from pytest_lpb.planner.scene.layout import Slot
+from pytest_lpb.planner.scene.maps import State
+from pytest_lpb.planner.scene.shapes import SHAPES
 from pytest_lpb.problem.robot import robot_from
 from tests.planner import problems
 from tests.problem.spatial.robots import PANDA

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_lpb.planner.fabrics.leaves import Attractor, ScalarLeaf
-from pytest_lpb.planner.fabrics.maps import State
 from pytest_lpb.planner.fabrics.parameters import NAMED
-from pytest_lpb.planner.fabrics.specs import SIGNS, Mapped, Spec
+from pytest_lpb.planner.fabrics.specs import SIGNS, Spec
+from pytest_lpb.planner.scene.maps import Mapped, State
 from pytest_lpb.problem.robot import robot_from
 from tests.planner import problems
 

@@ -15,12 +15,11 @@ import numpy as np
 import pytest
 
 from pytest_lpb.planner.fabrics.geometries import Geometries
-from pytest_lpb.planner.fabrics.goals import ERRORS
-from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.maps import Reference, State
-from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, Segment
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
-from pytest_lpb.planner.fabrics.specs import Mapped
+from pytest_lpb.planner.scene.goals import ERRORS
+from pytest_lpb.planner.scene.layout import Slot
+from pytest_lpb.planner.scene.maps import Mapped, Reference, State
+from pytest_lpb.planner.scene.parts import Ball, Block, Part, Segment
+from pytest_lpb.planner.scene.shapes import MESH, SHAPES
 from pytest_lpb.problem.goal import goal_from
 from pytest_lpb.problem.robot import Robot, robot_from
 from tests.planner import problems

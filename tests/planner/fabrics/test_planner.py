@@ -14,12 +14,13 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import PlannerProblem
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.fabrics.composition import Composer
-from pytest_lpb.planner.fabrics.layout import capacities
-from pytest_lpb.planner.fabrics.observed import SPACING_M, obstacle_fills
+from pytest_lpb.planner.fabrics.observed import obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import NAMED, FabricsParameters
 from pytest_lpb.planner.fabrics.planner import Fabrics, _composed_for
-from pytest_lpb.planner.fabrics.shapes import MESH
 from pytest_lpb.planner.files import find_planners
+from pytest_lpb.planner.scene.layout import capacities
+from pytest_lpb.planner.scene.meshes import SPACING_M
+from pytest_lpb.planner.scene.shapes import MESH
 from pytest_lpb.problem.robot import robot_from
 from pytest_lpb.problem.spatial.meshes import surface_sample
 from pytest_lpb.problem.spatial.triangles import mesh_triangles

@@ -10,7 +10,7 @@ import pytest
 from pytest_lpb.planner.mpc.model import Model
 from pytest_lpb.problem.robot import Robot, robot_from
 from tests.planner import problems
-from tests.planner.fabrics.making import Array, Entry, planar, random_states, spatial
+from tests.planner.scene.making import Array, Entry, planar, random_states, spatial
 from tests.problem.spatial.robots import ENTRIES
 
 STEP = 0.1  # [s]

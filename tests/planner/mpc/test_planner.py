@@ -9,17 +9,17 @@ import pytest
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.configuration import PlannerConfiguration
-from pytest_lpb.planner.fabrics.structure import Structure
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.planner import Mpc, _composed
 from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution
+from pytest_lpb.planner.scene.structure import Structure
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.robot import robot_from
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
 from tests.planner import problems
-from tests.planner.fabrics.making import Array, Entry, goal, observed, obstacle, planar, problem_of, spatial
+from tests.planner.scene.making import Array, Entry, goal, observed, obstacle, planar, problem_of, spatial
 from tests.problem.entries import circle, position_goal, problem_entry
 from tests.problem.spatial.robots import ENTRIES
 

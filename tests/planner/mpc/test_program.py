@@ -11,7 +11,7 @@ from pytest_lpb.planner.mpc.planner import Mpc
 from pytest_lpb.planner.mpc.program import Entries, Program, Sizes, Weights, dense_blocks
 from pytest_lpb.planner.mpc.solver import PiqpSolver
 from tests.planner import problems
-from tests.planner.fabrics.making import Array, goal, observed, planar, problem_of
+from tests.planner.scene.making import Array, goal, observed, planar, problem_of
 
 # Two steps of a robot of one joint, with one distance: z = (a0, s0, q1, u1, a1, s1, q2, u2).
 SIZES = Sizes(steps=2, inputs=1, states=2, dof=1, rows=1)

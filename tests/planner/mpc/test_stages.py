@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pytest_lpb.planner.base import PlannerProblem
-from pytest_lpb.planner.fabrics.goals import ERRORS
-from pytest_lpb.planner.fabrics.layout import capacities
-from pytest_lpb.planner.fabrics.self_collision import pairs_of
 from pytest_lpb.planner.mpc.observed import obstacle_fills
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.stages import ABSENT_M, Stage, smallest
+from pytest_lpb.planner.scene.goals import ERRORS
+from pytest_lpb.planner.scene.layout import capacities
+from pytest_lpb.planner.scene.self_collision import pairs_of
 from tests.planner import problems
-from tests.planner.fabrics.making import (
+from tests.planner.scene.making import (
     Array,
     Entry,
     goal,

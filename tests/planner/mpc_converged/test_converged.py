@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from pytest_lpb.planner.base import Observation, PlannerProblem
-from pytest_lpb.planner.fabrics.layout import capacities
 from pytest_lpb.planner.mpc.converged import ConvergedSolver, compose, guess_of
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.planner import Mpc
 from pytest_lpb.planner.mpc.stages import Stage
+from pytest_lpb.planner.scene.layout import capacities
 from tests.planner import problems
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_lpb.planner.base import ObstacleInfo
-from pytest_lpb.planner.fabrics.parts import ObstacleSymbols
-from pytest_lpb.planner.fabrics.shapes import SHAPES
+from pytest_lpb.planner.scene.parts import ObstacleSymbols
+from pytest_lpb.planner.scene.shapes import SHAPES
 from pytest_lpb.symbolic.kinematics import TURNS
 
 ORIENTATION_SIZES = {2: 1, 3: 4}  # numbers of an orientation, by dimension

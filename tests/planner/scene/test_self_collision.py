@@ -8,10 +8,10 @@ import casadi
 import numpy as np
 import pytest
 
-from pytest_lpb.planner.fabrics.maps import State
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Segment, distance_between
-from pytest_lpb.planner.fabrics.self_collision import PartPair, pairs_of
+from pytest_lpb.planner.scene.maps import State
+from pytest_lpb.planner.scene.parts import Ball, Segment, distance_between
+from pytest_lpb.planner.scene.self_collision import PartPair, pairs_of
 from pytest_lpb.problem.robot import Robot, robot_from
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.space import overlaps

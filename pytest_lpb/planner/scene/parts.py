@@ -14,8 +14,8 @@ from typing import Any, ClassVar
 import casadi
 import numpy as np
 
-from pytest_lpb.planner.fabrics.segments import segment_distance
-from pytest_lpb.planner.fabrics.shapes import SHAPES
+from pytest_lpb.planner.scene.segments import segment_distance
+from pytest_lpb.planner.scene.shapes import SHAPES
 from pytest_lpb.symbolic.kinematics import Frames
 
 ROUND = frozenset({"circle", "sphere"})

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from pytest_lpb.planner.base import PlannerProblem
-from pytest_lpb.planner.fabrics.layout import capacities
+from pytest_lpb.planner.scene.layout import capacities
 from pytest_lpb.problem.hashing import canonical_json
 
 

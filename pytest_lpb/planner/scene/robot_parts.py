@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Protocol
 
-from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Block, Part, part_of_capsule
+from pytest_lpb.planner.scene.parts import Ball, Block, Part, part_of_capsule
 from pytest_lpb.problem.robot import Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.urdf import Geometry
@@ -34,15 +33,20 @@ def steered(robot: Robot) -> bool:
     return robot.non_holonomic and robot.n_actions == 2
 
 
-def parts_of(robot: Robot, parameters: FabricsParameters) -> list[Part]:
-    """Parts that meet obstacles: spheres that hold the links, or, where `links` is exact, the links themselves.
+def parts_of(robot: Robot, parameters: Taken, *, exact: bool, lookahead: float) -> list[Part]:
+    """Parts that meet obstacles: spheres that hold the links, or the links themselves.
 
     A non-holonomic base without an arm cannot evade sideways, but a point ahead of it can: it has its parts there too.
+
+    Args:
+        robot: any.
+        parameters: how it is taken.
+        exact: the links themselves.
+        lookahead: [m] how far ahead that point is.
     """
-    of = _EXACT if parameters.links == "exact" else _BALLS
-    parts: list[Part] = list(of[robot.dimension](robot, parameters))
+    parts: list[Part] = list((_EXACT if exact else _BALLS)[robot.dimension](robot, parameters))
     if steered(robot):
-        parts += [replace(part, ahead=parameters.lookahead) for part in parts]
+        parts += [replace(part, ahead=lookahead) for part in parts]
     return parts
 
 

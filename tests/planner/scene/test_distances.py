@@ -13,13 +13,13 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from pytest_lpb.planner.fabrics.layout import Slot
-from pytest_lpb.planner.fabrics.maps import State, derivatives
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
-from pytest_lpb.planner.fabrics.parts import Ball, Block, ObstacleSymbols, Part, Segment, distance_between
-from pytest_lpb.planner.fabrics.robot_parts import capsules_of, parts_of
-from pytest_lpb.planner.fabrics.segments import segment_derivatives, segment_distance
-from pytest_lpb.planner.fabrics.shapes import MESH, SHAPES
+from pytest_lpb.planner.scene.layout import Slot
+from pytest_lpb.planner.scene.maps import State, derivatives
+from pytest_lpb.planner.scene.parts import Ball, Block, ObstacleSymbols, Part, Segment, distance_between
+from pytest_lpb.planner.scene.robot_parts import capsules_of, parts_of
+from pytest_lpb.planner.scene.segments import segment_derivatives, segment_distance
+from pytest_lpb.planner.scene.shapes import MESH, SHAPES
 from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import Robot, robot_from
@@ -91,7 +91,7 @@ def measured(name: str, thing: Entry, links: str, **parameters: Any) -> casadi.F
     symbols = symbols_of(thing)
     distances = [
         met.distance(met.place(state.frames) - met.shift(position), symbols)
-        for part in parts_of(state.robot, told)
+        for part in parts_of(state.robot, told, exact=told.links == "exact", lookahead=told.lookahead)
         for met in ([part] if thing["shape"] in part.exact else part.balls(EXCESS))
     ]
     return casadi.Function("measured", [state.q, position], [casadi.mmin(casadi.vertcat(*distances))], {"cse": True})
@@ -178,7 +178,7 @@ def test_distances_between_own_bodies_are_those_of_the_environment(name: str) ->
 def test_the_body_of_a_base_that_must_turn_is_also_ahead_of_it() -> None:
     made = robot_from(planar(problems.CART))
     state = State(made)
-    parts = parts_of(made, FabricsParameters(lookahead=0.4))
+    parts = parts_of(made, FabricsParameters(), exact=False, lookahead=0.4)
     places = casadi.Function("places", [state.q], [part.place(state.frames) for part in parts])
     here, ahead = (np.array(place).ravel() for place in places([1.0, 2.0, np.pi / 6.0]))
     assert here == pytest.approx([1.0, 2.0])
@@ -190,8 +190,7 @@ def test_the_body_of_a_base_that_must_turn_is_also_ahead_of_it() -> None:
 @pytest.mark.parametrize("name", ["cart", "husky", "car", "racecar"])
 def test_parts_ahead_of_a_base_are_so_along_its_heading(name: str, links: str) -> None:
     made = robot_from(spatial(ENTRIES[name]))
-    told: Entry = {"links": links}
-    state, parts = State(made), parts_of(made, FabricsParameters(**told))
+    state, parts = State(made), parts_of(made, FabricsParameters(), exact=links == "exact", lookahead=0.3)
     half = len(parts) // 2
     shifts = [
         (moved.place(state.frames) - part.place(state.frames))[:3]

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pytest_lpb.planner.base import OBSTACLE_KEYS, GoalInfo, ObstacleInfo, PlannerProblem
 from pytest_lpb.planner.fabrics.geometries import Geometries
-from pytest_lpb.planner.fabrics.maps import State
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.planner import Fabrics
+from pytest_lpb.planner.scene.maps import State
 from pytest_lpb.problem.planar.differential_drive import drive
 from pytest_lpb.problem.planar.robot import integrate_holonomic
 from pytest_lpb.problem.robot import Robot

@@ -13,8 +13,8 @@ from typing import Any
 
 import casadi
 
-from pytest_lpb.planner.fabrics.shapes import TINY, length
-from pytest_lpb.planner.fabrics.specs import Mapped
+from pytest_lpb.planner.scene.maps import Mapped
+from pytest_lpb.planner.scene.shapes import TINY, length
 
 SLANTED = 1e-3  # squared sine of the least angle at which both nearest points slide
 PARALLEL = 1e-9  # relative: segments nearer to parallel than this have any of their nearest points

@@ -10,8 +10,8 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.planner.fabrics.parts import Part, distance_between
-from pytest_lpb.planner.fabrics.robot_parts import Taken, balls_of, capsules_of
+from pytest_lpb.planner.scene.parts import Part, distance_between
+from pytest_lpb.planner.scene.robot_parts import Taken, balls_of, capsules_of
 from pytest_lpb.problem.robot import FloatArray, Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.symbolic.kinematics import Frames

@@ -12,10 +12,10 @@ from typing import Any
 import casadi
 
 from pytest_lpb.planner.base import GoalInfo
-from pytest_lpb.planner.fabrics.maps import State
-from pytest_lpb.planner.fabrics.parts import heading
-from pytest_lpb.planner.fabrics.robot_parts import steered
-from pytest_lpb.planner.fabrics.shapes import length
+from pytest_lpb.planner.scene.maps import State
+from pytest_lpb.planner.scene.parts import heading
+from pytest_lpb.planner.scene.robot_parts import steered
+from pytest_lpb.planner.scene.shapes import length
 from pytest_lpb.symbolic.kinematics import turn_of_quaternion
 
 # (state, sub-goal, target, lookahead [m]) -> error (m, 1)
