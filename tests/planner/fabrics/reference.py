@@ -9,9 +9,8 @@ from pathlib import Path
 
 from pytest_lpb.planner.base import Observation, PlannerProblem
 from tests.planner import problems
+from tests.planner.scene.making import Entry, goal, observed, obstacle, planar, problem_of, spatial
 from tests.problem.spatial.robots import PANDA
-
-from .making import Entry, goal, observed, obstacle, planar, problem_of, spatial
 
 PANDA_LIMITS = [
     [-2.8973, 2.8973],

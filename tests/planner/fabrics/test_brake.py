@@ -14,8 +14,7 @@ from pytest_lpb.planner.fabrics.brake import Damping
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.planner import _composed_for
 from tests.planner import problems
-
-from .making import Array, Entry, act, goal, obstacle, planar, problem_of
+from tests.planner.scene.making import Array, Entry, act, goal, obstacle, planar, problem_of
 
 PERIOD, BRAKE = 0.05, 0.4  # [s]
 POINT = planar(problems.POINT)  # a disc of 0.2 m

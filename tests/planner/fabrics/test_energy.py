@@ -18,9 +18,8 @@ from pytest_lpb.planner.scene.maps import State
 from pytest_lpb.planner.scene.shapes import SHAPES
 from pytest_lpb.problem.robot import robot_from
 from tests.planner import problems
+from tests.planner.scene.making import Array, Entry, geometries_of, obstacle, obstacle_info, planar, spatial
 from tests.problem.spatial.robots import PANDA
-
-from .making import Array, Entry, geometries_of, obstacle, obstacle_info, planar, spatial
 
 # None of what makes inverse metrics safe: it would add to the force that M h is, and so to the energy.
 REGULARISATION = 0.0

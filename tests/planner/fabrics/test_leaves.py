@@ -17,8 +17,7 @@ from pytest_lpb.planner.fabrics.specs import SIGNS, Spec
 from pytest_lpb.planner.scene.maps import Mapped, State
 from pytest_lpb.problem.robot import robot_from
 from tests.planner import problems
-
-from .making import Array, planar, random_states
+from tests.planner.scene.making import Array, planar, random_states
 
 PLACES = st.floats(0.2, 3.0)
 RATES = st.one_of(st.floats(-2.0, -0.1), st.floats(0.1, 2.0))

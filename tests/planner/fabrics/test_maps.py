@@ -23,10 +23,19 @@ from pytest_lpb.planner.scene.shapes import MESH, SHAPES
 from pytest_lpb.problem.goal import goal_from
 from pytest_lpb.problem.robot import Robot, robot_from
 from tests.planner import problems
+from tests.planner.scene.making import (
+    Array,
+    Entry,
+    geometries_of,
+    goal,
+    goal_info,
+    moved,
+    planar,
+    random_states,
+    spatial,
+)
 from tests.problem.spatial.robots import CAR, ENTRIES, PANDA, POINT
 from tests.problem.spatial.robots import CART as SPATIAL_CART
-
-from .making import Array, Entry, geometries_of, goal, goal_info, moved, planar, random_states, spatial
 
 STEP = 5e-3  # [s] between samples
 STATES = 4  # per map

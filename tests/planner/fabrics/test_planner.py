@@ -26,11 +26,22 @@ from pytest_lpb.problem.spatial.meshes import surface_sample
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.symbolic.buffered import BufferedFunction
 from tests.planner import problems
+from tests.planner.scene.making import (
+    Array,
+    Entry,
+    act,
+    goal,
+    observed,
+    obstacle,
+    obstacle_info,
+    planar,
+    problem_of,
+    ready,
+    spatial,
+)
 from tests.problem.spatial.robots import ARM as SPATIAL_ARM
 from tests.problem.spatial.robots import ENTRIES
 from tests.problem.spatial.robots import POINT as SPATIAL_POINT
-
-from .making import Array, Entry, act, goal, observed, obstacle, obstacle_info, planar, problem_of, ready, spatial
 
 POINT = planar(problems.POINT)
 ARM = planar(

@@ -10,9 +10,8 @@ import pytest
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.fabrics.planner import Fabrics
 from tests.planner import problems
-
-from .making import Array, Entry, act, goal, obstacle, planar
-from .reference import KINDS, observation_of, problem_of_row, rows_of
+from tests.planner.fabrics.reference import KINDS, observation_of, problem_of_row, rows_of
+from tests.planner.scene.making import Array, Entry, act, goal, obstacle, planar
 
 CASES = [(kind, index) for kind in KINDS for index in range(12)]
 

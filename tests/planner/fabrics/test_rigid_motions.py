@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from pytest_lpb.planner.fabrics.planner import Fabrics
 from pytest_lpb.problem.spatial.rotations import from_axis_angle, matrix_of, multiply
 from tests.planner import problems
+from tests.planner.scene.making import Array, Entry, goal, observed, obstacle, planar, problem_of, spatial
 from tests.problem.spatial.robots import POINT as SPATIAL_POINT
-
-from .making import Array, Entry, goal, observed, obstacle, planar, problem_of, spatial
 
 ANGLES = st.floats(-pi, pi)
 OFFSETS = st.lists(st.floats(-20.0, 20.0), min_size=2, max_size=2)

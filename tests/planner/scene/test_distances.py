@@ -24,9 +24,8 @@ from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import Robot, robot_from
 from tests.planner import problems
+from tests.planner.scene.making import Array, Entry, obstacle, obstacle_info, planar, random_states, spatial
 from tests.problem.spatial.robots import ARM, ENTRIES, PANDA, POINT
-
-from .making import Array, Entry, obstacle, obstacle_info, planar, random_states, spatial
 
 EXACT = {2: 1e-9, 3: 2e-5}  # [m] by dimension: Bullet's iterations end early at curved faces
 EXCESS = 0.05  # [m]

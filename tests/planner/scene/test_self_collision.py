@@ -16,9 +16,8 @@ from pytest_lpb.problem.robot import Robot, robot_from
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.space import overlaps
 from tests.planner import problems
+from tests.planner.scene.making import Entry, act, goal, planar, spatial
 from tests.problem.spatial.robots import ENTRIES
-
-from .making import Entry, act, goal, planar, spatial
 
 ARM = problems.arm(0.6, 0.5, 0.4)
 
