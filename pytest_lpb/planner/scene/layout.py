@@ -1,4 +1,4 @@
-"""How numbers about obstacles lie in the arguments of a composed fabric."""
+"""How numbers about obstacles lie in the arguments of composed functions."""
 
 from __future__ import annotations
 
