@@ -110,56 +110,112 @@ def compose(
         tolerance: of the optimality conditions.
     """
     names = stage.name_in()[1:]
-    distances = _distances(stage)
-    move = model.rollout(1)
-    start = casadi.MX.sym("start", sizes.states)
-    last = casadi.MX.sym("last", sizes.inputs)
+    start, last = casadi.MX.sym("start", sizes.states), casadi.MX.sym("last", sizes.inputs)
     given = [casadi.MX.sym(name, stage.nnz_in(place), sizes.steps) for place, name in enumerate(names, 1)]
-    a, s, x = sizes.input_places, sizes.slack_places, sizes.state_places
     # fatrop knows costs within a stage only: the input before is a state there.
     carried = plugin == "fatrop" and weights.input_change > 0.0
-    velocity_weights = weights.velocities(sizes)
-    parts = _Parts()
-    state, before, rows = start, last, casadi.MX(0, 1)
-    for k in range(sizes.steps):
-        rates = parts.variable(f"a{k}", a[k])
-        after = parts.variable(f"x{k + 1}", x[k])
-        # In this order and this sign, for fatrop.
-        parts.constrain(after - move(state, rates), equal=True)
-        parts.cost += 0.5 * weights.input * casadi.sumsqr(rates)
-        parts.cost += 0.5 * weights.input_change * casadi.sumsqr(rates - before)
-        before = rates
-        if carried:
-            before = parts.variable(f"last{k + 1}", a[k], bounded=False)
-            parts.constrain(before - rates, equal=True)
-        parts.constrain(rows, equal=False)
-        # Before the rates of the next step, among whose stage's inputs the slack is.
-        slack = parts.variable(f"s{k}", s[k])
-        here = [casadi.reshape(symbol[:, k], stage.size_in(place)) for place, symbol in enumerate(given, 1)]
-        q, u = after[: sizes.dof], after[sizes.dof :]
-        rows = distances(q, *here) + slack
-        parts.cost += 0.5 * float(goal_weights[k]) * casadi.sumsqr(errors(q, here[0]))
-        parts.cost += 0.5 * casadi.dot(casadi.DM(velocity_weights[k]), u**2)
-        parts.cost += weights.slack * slack + 0.5 * weights.slack_squared * slack**2
-        state = after
-    parts.constrain(rows, equal=False)
-    parameters = casadi.vertcat(start, last, *(casadi.vec(symbol) for symbol in given))
+    cost = _StageCost(errors, goal_weights, weights, weights.velocities(sizes))
+    parts = _transcribed(start, last, _arguments(stage, given, sizes.steps), stage, model, sizes, cost, carried=carried)
     program = {
         "x": casadi.vertcat(*parts.variables),
-        "p": parameters,
+        "p": casadi.vertcat(start, last, *(casadi.vec(symbol) for symbol in given)),
         "f": parts.cost,
         "g": casadi.vertcat(*parts.constraints),
     }
-    options: dict[str, Any] = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False, "expand": True}
-    if plugin == "fatrop":
-        options |= {"fatrop": {**FATROP, "tol": tolerance}, "equality": parts.equal, "structure_detection": "manual"}
-        options |= _structure(sizes, carried=carried)
-    else:
-        options["ipopt"] = {**IPOPT, "tol": tolerance}
+    options = _options(plugin, tolerance, sizes, parts.equal, carried=carried)
     function = casadi.nlpsol("converged", plugin, program, options)
     return NonlinearProgram(
         function, names, np.concatenate(parts.places), np.array(parts.bounded), np.array(parts.equal)
     )
+
+
+def _transcribed(
+    start: Any,
+    last: Any,
+    arguments: Sequence[Sequence[Any]],
+    stage: Any,
+    model: Model,
+    sizes: Sizes,
+    cost: _StageCost,
+    *,
+    carried: bool,
+) -> _Parts:
+    """Variables, constraints and cost of all steps; both orders and the sign of the motion's gaps are fatrop's.
+
+    Args:
+        start, last: symbols of the state at the start and of the input before the first.
+        arguments: of the stage but q, step by step.
+        stage, model, sizes: as `compose` has them.
+        cost: of a step.
+        carried: whether the input before is a state.
+    """
+    distances, move = _distances(stage), model.move
+    parts = _Parts()
+    state, before, rows = start, last, casadi.MX(0, 1)
+    for k, here in enumerate(arguments):
+        rates = parts.variable(f"a{k}", sizes.input_places[k])
+        after = parts.variable(f"x{k + 1}", sizes.state_places[k])
+        parts.constrain(after - move(state, rates), equal=True)
+        change = rates - before
+        before = rates
+        if carried:
+            before = parts.variable(f"last{k + 1}", sizes.input_places[k], bounded=False)
+            parts.constrain(before - rates, equal=True)
+        parts.constrain(rows, equal=False)
+        # Before the rates of the next step, among whose stage's inputs the slack is.
+        slack = parts.variable(f"s{k}", sizes.slack_places[k])
+        q, u = after[: sizes.dof], after[sizes.dof :]
+        rows = distances(q, *here) + slack
+        parts.cost += cost.of(rates, change) + cost.after(k, q, u, here[0]) + cost.missed(slack)
+        state = after
+    parts.constrain(rows, equal=False)
+    return parts
+
+
+@dataclass(frozen=True, eq=False)
+class _StageCost:
+    """The cost of one step.
+
+    Attributes:
+        errors: function of q and the targets to the weighted errors.
+        goal_weights: of the squared errors after each step, (N,).
+        weights: of all else.
+        velocity_weights: of the velocities after each step, (N, n).
+    """
+
+    errors: Any
+    goal_weights: FloatArray
+    weights: Weights
+    velocity_weights: FloatArray
+
+    def of(self, rates: Any, change: Any) -> Any:
+        """Of inputs and their change."""
+        return 0.5 * self.weights.input * casadi.sumsqr(rates) + 0.5 * self.weights.input_change * casadi.sumsqr(change)
+
+    def after(self, k: int, q: Any, u: Any, targets: Any) -> Any:
+        """Of the state after step k."""
+        errors = 0.5 * float(self.goal_weights[k]) * casadi.sumsqr(self.errors(q, targets))
+        return errors + 0.5 * casadi.dot(casadi.DM(self.velocity_weights[k]), u**2)
+
+    def missed(self, slack: Any) -> Any:
+        """Of a slack."""
+        return self.weights.slack * slack + 0.5 * self.weights.slack_squared * slack**2
+
+
+def _arguments(stage: Any, given: Sequence[Any], steps: int) -> list[list[Any]]:
+    """A stage's arguments but q, step by step, out of symbols with a column per step."""
+    return [
+        [casadi.reshape(symbol[:, k], stage.size_in(place)) for place, symbol in enumerate(given, 1)]
+        for k in range(steps)
+    ]
+
+
+def _options(plugin: Plugin, tolerance: float, sizes: Sizes, equal: Sequence[bool], *, carried: bool) -> dict[str, Any]:
+    options: dict[str, Any] = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False, "expand": True}
+    if plugin == "ipopt":
+        return options | {"ipopt": {**IPOPT, "tol": tolerance}}
+    options |= {"fatrop": {**FATROP, "tol": tolerance}, "equality": list(equal), "structure_detection": "manual"}
+    return options | _structure(sizes, carried=carried)
 
 
 def guess_of(sizes: Sizes, plan: FloatArray, path: FloatArray) -> FloatArray:

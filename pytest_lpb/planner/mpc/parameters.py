@@ -37,7 +37,7 @@ class MpcParameters(Planner.Parameters):
     iterations: Annotated[int, Field(ge=1, le=100)] = 1  # of sequential quadratic programming per call
     first_iterations: Annotated[int, Field(ge=1, le=100)] = 5  # at the first call of a trial
     solver: Literal["sqp", "ipopt", "fatrop"] = "sqp"  # real-time iterations with PIQP, or the converged solution
-    tolerance: Positive = 1e-5  # of the quadratic programs
+    tolerance: Positive = 1e-5  # of the programs
     sphere_excess: Positive = 0.04  # [m] that fitted spheres may reach beyond a link
     spheres_per_shape: Annotated[int, Field(ge=1, le=64)] = 2
     self_collision_reach: NotNegative = 0.1  # [m] pairs of bodies that never come nearer are left out

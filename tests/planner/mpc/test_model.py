@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pytest_lpb.planner.mpc.model import Model
+from pytest_lpb.planner.mpc.model import Model, lead_of
 from pytest_lpb.problem.robot import Robot, robot_from
 from tests.planner import problems
 from tests.planner.scene.making import Array, Entry, planar, random_states, spatial
@@ -68,7 +68,7 @@ def test_jacobians_are_those_of_finite_differences(name: str) -> None:
         both = np.concatenate([state, rates[:, 0]])
 
         def after(numbers: Array, model: Model = model) -> Array:
-            moved: Array = np.array(model._move(numbers[: model.states], numbers[model.states :]))[:, 0]
+            moved: Array = np.array(model.move(numbers[: model.states], numbers[model.states :]))[:, 0]
             return moved
 
         differences = [after(both + SMALL * unit) - after(both - SMALL * unit) for unit in np.eye(len(both))]
@@ -97,3 +97,21 @@ def test_a_point_is_linear_as_computed_by_hand() -> None:
 def test_only_robots_that_cannot_move_sideways_are_not_linear() -> None:
     for name in ROBOTS:
         assert model_of(name).linear == (robot_of(name).base in ("fixed", "holonomic"))
+
+
+@pytest.mark.parametrize("periods", [1, 2, 5])
+def test_under_velocity_control_a_step_is_that_of_the_environment(periods: int) -> None:
+    robot = robot_from({**ROBOTS["point in the plane"], "control": "velocity"})
+    period = STEP / periods
+    model = Model(robot, STEP, lead_of(robot, 0.01, period))
+    q, u, rates = [0.3, -0.2], np.array([0.5, 0.1]), np.array([2.0, -1.0])
+    found = np.array(model.move([*q, *u], rates))[:, 0]
+    for _ in range(periods):
+        u = u + period * rates
+        q, _ = robot.integrate(q, u.tolist(), u.tolist(), period)
+    assert found == pytest.approx([*q, *u], abs=1e-12)
+
+
+def test_entries_of_q_that_an_input_moves_directly() -> None:
+    assert model_of("point in the plane").follows == [(0, 0), (1, 1)]
+    assert model_of("cart in the plane").follows == [(2, 1)]

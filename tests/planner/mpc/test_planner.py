@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_lpb.environment.limits import ActionLimits
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.mpc.bounds import INSET
+from pytest_lpb.planner.mpc.composed import Composed, composed_for
 from pytest_lpb.planner.mpc.parameters import MpcParameters
-from pytest_lpb.planner.mpc.planner import Mpc, _composed
+from pytest_lpb.planner.mpc.planner import Mpc
 from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution
-from pytest_lpb.planner.scene.structure import Structure
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.robot import robot_from
 from pytest_lpb.trajectory import Trajectory
@@ -24,6 +26,7 @@ from tests.problem.entries import circle, position_goal, problem_entry
 from tests.problem.spatial.robots import ENTRIES
 
 STEPS = 8
+FINE = 0.01  # [s]
 POINT = planar(problems.POINT)
 LIMITED = planar(problems.POINT, limits={"acceleration": [[-1.0, 1.0]] * 2})
 AHEAD = [goal("position", [2.0, 0.0], link="body")]
@@ -55,16 +58,16 @@ def act(
 # What is composed
 
 
-def structure(**changes: Any) -> Structure:
+def composed(**changes: Any) -> Composed:
     given: Entry = {"robot": POINT, "goals": AHEAD, "obstacles": [DISC], "steps": STEPS} | changes
     problem = problem_of(given["robot"], given["goals"], given["obstacles"])
-    return Structure(problem, MpcParameters(horizon=given["steps"]))
+    return composed_for(problem, MpcParameters(horizon=given["steps"]))
 
 
 def test_problems_of_equal_structure_share_a_composed_horizon() -> None:
     there = [goal("position", [-1.0, 0.5], link="body", name="there", tolerance=0.01)]
     other = obstacle("circle", [0.0, 3.0], radius=0.9, name="other")
-    assert _composed(structure()) is _composed(structure(goals=there, obstacles=[other]))
+    assert composed() is composed(goals=there, obstacles=[other])
 
 
 @pytest.mark.parametrize(
@@ -79,7 +82,7 @@ def test_problems_of_equal_structure_share_a_composed_horizon() -> None:
     ids=["room", "shape", "limits", "weight", "parameters"],
 )
 def test_problems_of_another_structure_do_not(change: Entry) -> None:
-    assert _composed(structure()) is not _composed(structure(**change))
+    assert composed() is not composed(**change)
 
 
 def test_the_preview_is_the_horizon() -> None:
@@ -120,11 +123,16 @@ def test_actions_keep_limits_of_accelerations_and_reach_them() -> None:
 
 
 @pytest.mark.parametrize("period", [0.05, 0.1])
-def test_under_velocity_control_the_action_is_the_velocity_after_a_period(period: float) -> None:
-    state: tuple[list[float], list[float]] = ([0.1, 0.0], [0.4, 0.2])
-    acceleration = act(POINT, *state, AHEAD, [DISC], period=period)
-    velocity = act({**POINT, "control": "velocity"}, *state, AHEAD, [DISC], period=period)
-    assert velocity == pytest.approx(np.array(state[1]) + period * acceleration, abs=1e-12)
+def test_under_velocity_control_the_robot_moves_as_planned(period: float) -> None:
+    # The environment takes on the new velocity at once, not by and by.
+    entry = {**POINT, "control": "velocity"}
+    q, u = [0.1, 0.0], [0.4, 0.2]
+    planner = ready(entry, AHEAD, [DISC], period=period, step=period)
+    velocity = planner.compute_action(seen(q, u, AHEAD, [DISC]))
+    after = robot_from(entry).integrate(q, u, velocity.tolist(), period)
+    planned = planner._horizon.path(np.array([*q, *u]), planner._plan)[0]
+    assert np.concatenate(after) == pytest.approx(planned, abs=1e-12)
+    assert np.abs(velocity - u).max() > 0.01
 
 
 def test_torques_are_refused() -> None:
@@ -225,12 +233,77 @@ def test_a_point_passes_a_disc_the_same_way_each_time() -> None:
     assert np.nanmin(solved) == 1.0
 
 
-def test_positions_stay_within_their_limits_however_long_the_goal_pulls() -> None:
+def furthest(robot: Entry, q: list[float], u: list[float], *, period: float, steps: int = 600) -> float:
+    """The largest of the first joint's positions at each step of 0.01 s, while the goal pulls."""
+    planner, model = ready(robot, AHEAD, [], period=period), robot_from(robot)
+    limits = ActionLimits(model, FINE)
+    every, most = round(period / FINE), q[0]
+    action: list[float] = []
+    for step in range(steps):
+        if step % every == 0:
+            action = planner.compute_action(seen(q, u, AHEAD, [])).tolist()
+        q, u = model.integrate(q, u, limits.apply(action, u), FINE)
+        most = max(most, q[0])
+    return most
+
+
+@pytest.mark.parametrize("control", ["acceleration", "velocity"])
+@pytest.mark.parametrize("period", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("acceleration", [1.0, 4.0, None])
+def test_positions_stay_within_their_limits_however_long_the_goal_pulls(
+    acceleration: float | None, period: float, control: str
+) -> None:
+    # However often it is planned anew, and though the horizon is too short to stop in.
+    limits: Entry = {"position": [[-1.0, 1.0]] * 2}
+    if acceleration is not None:
+        limits["acceleration"] = [[-acceleration, acceleration]] * 2
+    robot = {**planar(problems.POINT, limits=limits), "control": control}
+    assert 0.9 < furthest(robot, [0.0, 0.0], [0.0, 0.0], period=period) <= 1.0 - INSET
+
+
+def test_a_robot_too_fast_for_its_limit_passes_it_by_no_more_than_it_must_and_comes_back() -> None:
     limits = {"position": [[-1.0, 1.0]] * 2, "acceleration": [[-1.0, 1.0]] * 2}
-    planner = ready(planar(problems.POINT, limits=limits), AHEAD, [])
-    q, u = np.zeros(2), np.zeros(2)
-    for _ in range(300):
-        a = planner.compute_action(seen(q.tolist(), u.tolist(), AHEAD, []))
-        q, u = q + 0.1 * u + 0.005 * a, u + 0.1 * a
+    robot = planar(problems.POINT, limits=limits)
+    least = 0.9 + 0.5 * 1.0**2 / 1.0  # 1 m/s takes 0.5 m to stop
+    assert least - 1e-9 <= furthest(robot, [0.9, 0.0], [1.0, 0.0], period=0.1) < least + 0.01
+    planner, (q, u) = ready(robot, AHEAD, []), ([0.9, 0.0], [1.0, 0.0])
+    for _ in range(60):
+        action = planner.compute_action(seen(q, u, AHEAD, []))
+        q, u = robot_from(robot).integrate(q, u, action.tolist(), 0.1)
+    assert q[0] <= 1.0
+
+
+def test_ranges_narrower_than_the_insets_are_planned_within() -> None:
+    robot = planar(problems.POINT, limits={"position": [[-1.0, 1.0], [-INSET, INSET]]})
+    planner = ready(robot, AHEAD, [])
+    planner.compute_action(seen([0.0, 0.0], [0.0, 0.0], AHEAD, []))
+    assert planner.diagnostics["solved"] == 1.0
+    assert np.all(planner._program.lower < planner._program.upper)
+
+
+def test_without_a_solution_limits_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = ready(planar(problems.POINT, limits={"position": [[-1.0, 1.0]] * 2}), AHEAD, [])
+    q, u = [0.5, 0.0], [2.0, 0.0]
+    planner.compute_action(seen(q, u, AHEAD, []))
+    failing(monkeypatch)
+    planner._plan[:] = 10.0
+    for _ in range(5):
+        action = planner.compute_action(seen(q, u, AHEAD, []))
+        q, u = robot_from(POINT).integrate(q, u, action.tolist(), 0.1)
         assert q[0] <= 1.0
-    assert q[0] > 0.9
+
+
+def test_a_plan_of_the_first_call_counts_though_a_later_iteration_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    planner = ready(POINT, AHEAD, [])
+    solve, calls = PiqpSolver.solve, []
+
+    def once(self: PiqpSolver) -> Solution:
+        calls.append(1)
+        return solve(self) if len(calls) == 1 else Solution(np.zeros(0), False, 7, 1.0)
+
+    monkeypatch.setattr(PiqpSolver, "solve", once)
+    action = planner.compute_action(seen([0.0, 0.0], [1.0, 0.0], AHEAD, []))
+    assert planner.diagnostics["solved"] == 0.0
+    assert len(calls) == 2
+    # Not braking, which would be -10.
+    assert action[0] > -5.0

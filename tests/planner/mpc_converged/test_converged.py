@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from pytest_lpb.planner.base import Observation, PlannerProblem
+from pytest_lpb.planner.mpc.composed import goal_weights_of, weights_of
 from pytest_lpb.planner.mpc.converged import ConvergedSolver, compose, guess_of
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.planner import Mpc
@@ -32,14 +33,13 @@ class Case:
         self.problem, self.parameters = problem, parameters
         self.planner = Mpc(parameters)
         self.planner.setup(problem)
-        for fill in self.planner._fills:
-            fill(observation)
+        self.planner._horizon.observe(observation)
         self.state = np.concatenate([observation["q"], observation["u"]])
-        self.sizes = self.planner._sizes
-        self.planner._bound(self.state)
+        self.sizes = self.planner._horizon.sizes
         self.program = self.planner._program
+        self.planner._bounds.fill(self.program, self.state)
         plan = self.planner._plan
-        self.still = guess_of(self.sizes, plan, self.planner._path(self.state, plan).copy())
+        self.still = guess_of(self.sizes, plan, self.planner._horizon.path(self.state, plan).copy())
 
     def sqp(self) -> Array:
         """The variables that quadratic programs, one after the other, lead to."""
@@ -56,15 +56,15 @@ class Case:
             plugin,
             stage.function(),
             stage.errors(),
-            planner._model,
+            planner._horizon._model,
             self.sizes,
-            planner._weights,
-            planner._goal_weights,
+            weights_of(parameters),
+            goal_weights_of(parameters),
             TIGHT,
         )
         solver = ConvergedSolver(program, self.sizes)
         lower, upper = self.program.lower, self.program.upper
-        solution = solver.solve(self.state, planner._last, planner._stage.arguments, lower, upper, guess)
+        solution = solver.solve(self.state, planner._last, planner._horizon.arguments, lower, upper, guess)
         assert solution.solved
         assert solution.residual < 1e-7
         return solution.z
