@@ -13,6 +13,7 @@ from pytest_lpb.errors import LpbError
 
 EXIT_WARNINGS = 1
 EXIT_USAGE = 4
+DEFAULT_PASSES, MOST_PASSES = 5, 1000  # of --retime
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -59,6 +60,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--fps", type=float, metavar="N", help="frames per second of the video (default: 30)")
     parser.add_argument("--compare", type=_names, metavar="A,B", help="compare these two planners")
     parser.add_argument("--plot", type=_names, metavar="A,B", nargs="?", const=[], help="write plots (default: all)")
+    parser.add_argument(
+        "--retime", type=int, metavar="N", nargs="?", const=DEFAULT_PASSES, help="time all calls again, in N passes"
+    )
     parser.add_argument("--output", type=Path, metavar="DIR", help="where to write (default: the run folder)")
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE", help="module or file with KPIs")
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
@@ -82,7 +86,20 @@ def _check(options: argparse.Namespace) -> None:
         raise LpbError("--compare names a planner that --planners leaves out")
     if options.trial and (compared or options.planners or options.scenarios):
         raise LpbError("--trial shows one trial; leave --planners, --scenarios and --compare out")
+    _check_retime(options)
     _check_video(options)
+
+
+def _check_retime(options: argparse.Namespace) -> None:
+    """Raise LpbError for a number of passes that measures no noise, or more than one trial can have."""
+    if options.retime is None:
+        return
+    if not 2 <= options.retime <= MOST_PASSES:
+        raise LpbError(
+            f"--retime: found {options.retime} passes; allowed are 2 to {MOST_PASSES} (what two differ by is noise)"
+        )
+    if options.trial:
+        raise LpbError("--retime times all trials of a selection; choose with --planners and --scenarios, not --trial")
 
 
 def _check_video(options: argparse.Namespace) -> None:
@@ -97,3 +114,7 @@ def _check_video(options: argparse.Namespace) -> None:
     others = [f"--{name}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
     if others:
         raise LpbError(f"--video only draws; leave {' and '.join(others)} out")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

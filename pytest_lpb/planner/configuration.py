@@ -127,6 +127,18 @@ class PlannerConfiguration:
             digest.update(path.relative_to(file.parent).as_posix().encode() + b"\0" + path.read_bytes())
         return digest.hexdigest()
 
+    @property
+    def source(self) -> dict[str, str] | None:
+        """Module and file of the planner's class, to load it again elsewhere; None for those of this package."""
+        cls = self.planner_class
+        if cls.__module__.partition(".")[0] == "pytest_lpb":
+            return None
+        try:
+            file = inspect.getsourcefile(cls)
+        except (OSError, TypeError):
+            file = None
+        return {"module": cls.__module__, "file": str(Path(file).resolve()) if file else ""}
+
     def to_dict(self) -> dict[str, Any]:
         """What run.json says of the planner: resolved parameters, hashes, timing."""
         defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
@@ -137,6 +149,7 @@ class PlannerConfiguration:
             "per_robot": plain(self.per_robot),
             "parameters_hash": self.parameters_hash,
             "source_hash": self.source_hash,
+            "source": self.source,
             "period": self.period,
             "delay": self.delay,
         }

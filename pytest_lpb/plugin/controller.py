@@ -67,6 +67,7 @@ class ControllerPlugin:
             "plugins": user_modules(session.modules, [plot.function for plot in plots if not plot.builtin]),
             "workers": session.workers,
             "rootdir": str(session.rootdir),
+            "invocation": str(session.invocation),
         }
         command = ["pytest", *map(str, self._config.invocation_params.args)]
         scenarios = {session.scenario_key(file): file for file in files}

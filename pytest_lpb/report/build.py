@@ -6,23 +6,27 @@ from pathlib import Path
 
 import pandas as pd
 
+from pytest_lpb.errors import RecordingError
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import write_report
+from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
 
 
-def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None) -> ReportData:
+def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, folder: Path | None = None) -> ReportData:
     """Tables and raw data of an evaluated run.
 
     Args:
         evaluation: the trials.
         pair: the two planners to compare; None: every pair.
+        folder: where the report will lie; None: the run folder. Calls timed again are looked up there first.
     """
     trials = evaluation.trials
     compared = trials if pair is None else trials[trials["planner"].isin(pair)]
+    retimed, faults = _retimed(evaluation, folder)
     comparisons: pd.DataFrame = comparisons_table(compared, evaluation.kpis)
     return ReportData(
         trials=trials,
@@ -31,9 +35,23 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None) -> 
         kpis=evaluation.kpis,
         run_info=evaluation.run.info(),
         trajectory_of=evaluation.trajectory_of,
-        warnings=evaluation.warnings,
+        warnings=[*evaluation.warnings, *faults],
+        retimed=retimed,
         title=evaluation.run.path.name,
     )
+
+
+def _retimed(evaluation: Evaluation, folder: Path | None) -> tuple[Retimed | None, list[str]]:
+    """Calls of these trials timed again, if they were; a warning where the file cannot be read."""
+    keys = set(zip(evaluation.trials["scenario"], evaluation.trials["planner"], strict=True))
+    for place in (folder or evaluation.run.path, evaluation.run.path):
+        try:
+            retimed = read_retimed(place / RETIMED_FILE)
+        except RecordingError as error:
+            return None, [str(error)]
+        if retimed is not None:
+            return retimed.selected(keys), []
+    return None, []
 
 
 def write_results(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
@@ -45,7 +63,7 @@ def write_results(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | 
 
 def write_tables(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
     """Write the tables alone; what they hold, for a report."""
-    data = report_data(evaluation, pair)
+    data = report_data(evaluation, pair, folder)
     folder.mkdir(parents=True, exist_ok=True)
     write_csv(evaluation.table(), folder / "trials.csv")
     write_csv(data.summary, folder / "summary.csv")

@@ -10,7 +10,9 @@ from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
-from pytest_lpb.run.evaluation import Selection, evaluate
+from pytest_lpb.retime.result import RETIMED_FILE
+from pytest_lpb.retime.text import retimed_table
+from pytest_lpb.run.evaluation import Evaluation, Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
 
@@ -36,11 +38,12 @@ def report_again(options: argparse.Namespace) -> list[str]:
     whole = planners is None and options.scenarios is None
     folder = options.output or (run.path if whole and options.kpis is None else run.path / SELECTED)
     shown = evaluation if whole else evaluation.selected(selection)
+    warnings += _retime(run, shown, options, folder)
     data = write_results(shown, folder, options.compare and tuple(options.compare))
-    _print(data, compare=options.compare is not None)
+    _print(data, compare=options.compare is not None, retimed=options.retime is not None)
     failures = _plot(data, options, folder)
     print(f"report: {folder / REPORT_FILE}")
-    return [*warnings, *shown.warnings, *failures]
+    return [*warnings, *data.warnings, *failures]
 
 
 def _run_path(path: Path) -> Path:
@@ -68,8 +71,19 @@ def _load_kpis(run: RunFolder, plugins: Sequence[str]) -> list[str]:
     return load_user_modules(run.info().get("plugins", []), run.path)
 
 
-def _print(data: ReportData, *, compare: bool) -> None:
+def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, folder: Path) -> list[str]:
+    """Time the calls of the selected trials again, if that was asked for; what there is to warn of."""
+    if options.retime is None:
+        return []
+    from pytest_lpb.retime.command import retime
+
+    return list(retime(run, shown.trials, options.retime, folder / RETIMED_FILE).warnings)
+
+
+def _print(data: ReportData, *, compare: bool, retimed: bool) -> None:
     print("\n".join(planner_table(data)))
+    if retimed and data.retimed is not None:
+        print("\n".join(["", *retimed_table(data.retimed)]))
     if compare:
         print("\n".join(["", *comparison_table(data)]))
 

@@ -11,6 +11,7 @@ from pytest_lpb.run.problems import KpiColumn
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pytest_lpb.retime.result import Retimed
     from pytest_lpb.trajectory import Trajectory
 
 
@@ -33,4 +34,5 @@ class ReportData:
     run_info: Mapping[str, Any]  # run.json
     trajectory_of: Callable[[str], Trajectory]  # raw data of the trial with this node id
     warnings: Sequence[str] = ()
+    retimed: Retimed | None = None  # calls timed again by `lpb-report --retime`
     title: str = ""  # the run folder's name

@@ -26,6 +26,7 @@ from pytest_lpb.report.overview import (
 )
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.provenance import moment, provenance
+from pytest_lpb.report.retimed import retimed_section
 from pytest_lpb.report.scenes import scenes
 from pytest_lpb.report.tables import COMPARISON_HEADS, comparison_rows, trial_heads, trial_rows
 from pytest_lpb.report.user_figures import user_figures
@@ -91,6 +92,7 @@ def page(data: ReportData) -> Page:
         comparison_heads=COMPARISON_HEADS,
         comparisons=comparisons,
         comparisons_note=comparisons_note,
+        retimed=retimed_section(data, styles),
         scenes=scenes(data, styles),
         user_figures=user_figures(data),
         trial_heads=trial_heads(data),

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pytest_lpb.report.retimed import RetimedSection
 
 
 @dataclass(frozen=True)
@@ -299,5 +303,6 @@ class Page:
     trials: Sequence[TrialRow]
     trials_note: str
     provenance: Provenance
+    retimed: RetimedSection | None = None
     scenario_names: Sequence[str] = field(default_factory=tuple)
     outcome_names: Sequence[str] = field(default_factory=tuple)
