@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_lpb.plugin.options import add_options, chosen_planners
+from pytest_lpb.plugin.options import add_options, is_active
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -18,11 +18,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config: pytest.Config) -> None:
     """Wake up when planners are chosen."""
-    references = chosen_planners(config)
-    if references:
+    if is_active(config):
         from pytest_lpb.plugin.activation import activate
 
-        activate(config, references)
+        activate(config)
     elif any(argument.partition("::")[0].endswith((".yaml", ".yml")) for argument in config.args):
         from pytest_lpb.plugin.unchosen import explain_unchosen_planners
 

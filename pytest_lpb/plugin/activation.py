@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,19 +16,23 @@ from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
 from pytest_lpb.plugin.expectation import check_known_failures
-from pytest_lpb.plugin.options import PARTS, split_names
-from pytest_lpb.plugin.session import SESSION, WORKER_RUN, LpbSession
+from pytest_lpb.plugin.options import PARTS, chosen_planners, split_names
+from pytest_lpb.plugin.session import SESSION, WORKER_ROOT, WORKER_RUN, LpbSession, Source
+from pytest_lpb.plugin.sources import as_arguments, restore, run_folder_of, study_of, take_problems, typed_options
 from pytest_lpb.plugin.worker import WorkerPlugin
-from pytest_lpb.run.folder import check_writable, new_run_folder
+from pytest_lpb.run.folder import RUN_FILE, RunFolder, check_writable, new_run_folder
+from pytest_lpb.run.plan import trials_of
 from pytest_lpb.run.plugins import load_kpi_entry_points
 from pytest_lpb.scenario.schema.file import MAX_TRIALS
 from pytest_lpb.scenario.schema.success import MAX_SEED
+from pytest_lpb.study.recorded import recorded_families
+from pytest_lpb.study.study import Study
 
 
-def activate(config: pytest.Config, references: list[str]) -> None:
+def activate(config: pytest.Config) -> None:
     """Set the session up and register the hooks. Raises UsageError for options that are wrong."""
     try:
-        session = _session(config, references)
+        session = _session(config)
     except LpbError as error:
         raise pytest.UsageError(str(error)) from error
     config.stash[SESSION] = session
@@ -52,7 +58,14 @@ def is_worker(config: pytest.Config) -> bool:
     return hasattr(config, "workerinput")
 
 
-def _session(config: pytest.Config, references: list[str]) -> LpbSession:
+def _session(config: pytest.Config) -> LpbSession:
+    resumed = _resumed(config)
+    typed = typed_options(config)
+    study = study_of(config)
+    problems = _problems(config)
+    references = chosen_planners(config)
+    if not references:
+        raise LpbError("--lpb-problems: choose planners to run the problems with: --lpb-planners=A,B")
     for name, least, most in (("trials", 1, MAX_TRIALS), ("seed", 0, MAX_SEED - MAX_TRIALS)):
         value = config.getoption(f"lpb_{name}")
         if value is not None and not least <= value <= most:
@@ -71,28 +84,75 @@ def _session(config: pytest.Config, references: list[str]) -> LpbSession:
     for planner in planners:
         check_known_failures(planner)
     reports = _reports_folder(config)
-    if is_worker(config):
-        run = Path(config.workerinput[WORKER_RUN])  # type: ignore[attr-defined] # xdist adds it
-    else:
-        if not config.option.collectonly:
-            check_writable(reports)
-        run = new_run_folder(reports)
-    return LpbSession(
-        planners=planners,
+    session = LpbSession(
+        planners=planners if study is None else study.planners(planners),
         references=_shown_references(resolved, config.invocation_params.dir),
         flags=tuple(part for part in PARTS if config.getoption(f"lpb_random_{part}")),
         first_seed=config.getoption("lpb_seed"),
         trials=config.getoption("lpb_trials"),
-        assertion=config.getoption("lpb_assert"),
+        assertion=config.getoption("lpb_assert") or "trial",
         render=config.getoption("lpb_render"),
         kpis=_kpis(config),
         modules=modules,
         reports=reports,
-        run=run,
-        rootdir=config.rootpath,
+        run=_run_path(config, reports, resumed),
+        rootdir=_rootdir(config),
         invocation=config.invocation_params.dir,
         workers=_workers(config),
+        options=typed,
+        planned=None if resumed is None else trials_of(resumed.info()["planned"]),
     )
+    return replace(session, source=_source(session, study, problems, typed))
+
+
+def _resumed(config: pytest.Config) -> RunFolder | None:
+    """The run to finish, its options taken."""
+    value = config.getoption("lpb_resume")
+    if value is None:
+        return None
+    run = run_folder_of(config, "resume", value)
+    restore(config, run)
+    return run
+
+
+def _problems(config: pytest.Config) -> RunFolder | None:
+    """The old run whose problems are asked for, as the run's only argument."""
+    value = config.getoption("lpb_problems")
+    if value is None:
+        return None
+    run = run_folder_of(config, "problems", value)
+    take_problems(config, run)
+    return run
+
+
+def _source(
+    session: LpbSession, study: Study | None, problems: RunFolder | None, typed: dict[str, Any]
+) -> Source | None:
+    """What names the problems, unless scenario files do."""
+    options = as_arguments(typed)
+    if study is not None:
+        families = study.families(session.scenario_key)
+        return Source(study.path, families, study.swept(families), options)
+    if problems is not None:
+        return Source(problems.path / RUN_FILE, recorded_families(problems.path), {}, options)
+    return None
+
+
+def _run_path(config: pytest.Config, reports: Path, resumed: RunFolder | None) -> Path:
+    """The run folder: a new one, the one to finish, or in workers what the controller said."""
+    if is_worker(config):
+        return Path(config.workerinput[WORKER_RUN])  # type: ignore[attr-defined] # xdist adds it
+    if resumed is not None:
+        return resumed.path
+    if not config.option.collectonly:
+        check_writable(reports)
+    return new_run_folder(reports)
+
+
+def _rootdir(config: pytest.Config) -> Path:
+    """The controller's rootdir: workers, which see the arguments only, may find another."""
+    root: Path | str = config.workerinput[WORKER_ROOT] if is_worker(config) else config.rootpath  # type: ignore[attr-defined] # xdist adds it
+    return Path(root)
 
 
 def _shown_references(references: list[str], folder: Path) -> dict[str, str]:

@@ -14,9 +14,11 @@ from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
 from pytest_lpb.plugin.session import LpbSession
+from pytest_lpb.plugin.sources import check_unchanged
 from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
 from pytest_lpb.report.plots import default_registry as plots
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.plan import planned
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
 
@@ -51,14 +53,13 @@ class ControllerPlugin:
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: Any, ids: list[str]) -> None:  # noqa: ARG002
         """With xdist: make the run folder when the first worker has collected, before any trial is given out."""
-        names = {planner.name for planner in self._session.planners}
-        self._begin([i for i in ids if len(i.split("::")) == 3 and i.split("::")[1] in names])
+        self._begin([node_id for node_id in ids if self._session.trial_of(node_id) is not None])
 
     def _begin(self, node_ids: list[str]) -> None:
         if self._folder is not None or not node_ids:
             return
         session = self._session
-        files = set(map(session.file_of, node_ids))
+        trials = {trial for node_id in node_ids if (trial := session.trial_of(node_id)) is not None}
         options = {
             "seeds": {"first": session.first_seed, "trials": session.trials},
             "random": list(session.flags),
@@ -68,15 +69,25 @@ class ControllerPlugin:
             "workers": session.workers,
             "rootdir": str(session.rootdir),
             "invocation": str(session.invocation),
+            "arguments": list(self._config.args),
+            "options": dict(session.options),
+            "planned": planned(trials),
+            **({"swept": session.source.swept} if session.source is not None and session.source.swept else {}),
         }
         command = ["pytest", *map(str, self._config.invocation_params.args)]
-        scenarios = {session.scenario_key(file): file for file in files}
-        information = run_information(command, session.planners, scenarios, options, session.invocation)
+        families = session.families(node_ids)
+        information = run_information(command, session.planners, families, options, session.invocation)
         try:
-            self._folder = RunFolder.create(session.run, information)
+            if session.planned is None:
+                self._folder = RunFolder.create(session.run, information)
+            else:
+                self._folder = RunFolder.open(session.run)
+                check_unchanged(self._folder.info(), information)
+                self._folder.resume(information)
         except LpbError as error:
+            self._folder = None
             raise pytest.UsageError(str(error)) from error
-        self._total = len(node_ids)
+        self._total = len(trials)
         reporter = self._config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None:
             self._progress = Progress(reporter)

@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 
 from pytest_lpb.errors import LpbError
-from pytest_lpb.plugin.session import WORKER_RUN, LpbSession, without_group
+from pytest_lpb.plugin.session import WORKER_ROOT, WORKER_RUN, LpbSession, without_group
 from pytest_lpb.scenario.draw import draw_problem
-from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.trial.files import write_trial
 from pytest_lpb.trial.outcome import WORKER_CRASH
 from pytest_lpb.trial.specification import TrialSpecification
@@ -26,6 +25,11 @@ class CrashPlugin:
     def pytest_configure_node(self, node: Any) -> None:
         """Tell a worker which run it belongs to."""
         node.workerinput[WORKER_RUN] = str(self._session.run)
+        node.workerinput[WORKER_ROOT] = str(self._session.rootdir)
+        source = self._session.source
+        # `latest` may lead elsewhere by the time that a worker looks.
+        node.workerinput["lpb_resume"] = str(self._session.run)
+        node.workerinput["lpb_problems"] = "" if source is None else str(source.path.parent)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_handlecrashitem(self, crashitem: str) -> None:
@@ -35,15 +39,13 @@ class CrashPlugin:
 
 def write_crash(session: LpbSession, node_id: str) -> None:
     """Write the zero-row file of a trial whose process died; items that are no trials are left alone."""
-    node_id = without_group(node_id)
-    parts = node_id.split("::")
-    planner = next((p for p in session.planners if len(parts) == 3 and p.name == parts[1]), None)
-    if planner is None or not parts[2].removeprefix("seed").isdigit():
+    trial = session.trial_of(node_id)
+    if trial is None:
         return
-    path = session.file_of(node_id)
-    key = session.scenario_key(path)
-    seed = int(parts[2].removeprefix("seed"))
-    scenario = load_scenario(path)
+    node_id = without_group(node_id)
+    key, name, seed = trial
+    planner = next(planner for planner in session.planners if planner.name == name)
+    scenario = session.families([node_id])[key].scenario(seed)
     try:
         problem = draw_problem(scenario, seed, session.flags, key).to_dict()
     except LpbError:
@@ -54,7 +56,7 @@ def write_crash(session: LpbSession, node_id: str) -> None:
         planner=planner,
         scenario=key,
         node_id=node_id,
-        command=session.repeat_command(path, planner.name, seed),
+        command=session.repeat_command(node_id, planner.name, seed),
         workers=session.workers,
     )
     message = "the process that ran the trial died; run it alone to see why"

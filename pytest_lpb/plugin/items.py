@@ -16,8 +16,9 @@ from pytest_lpb.errors import ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
 from pytest_lpb.plugin.session import session_of, without_group
+from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.scenario.draw import draw_problem
-from pytest_lpb.scenario.load import Scenario
+from pytest_lpb.study.family import Family
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.assets import recorded_beside
 from pytest_lpb.trial.files import read_trial, trial_path, write_trial
@@ -27,7 +28,7 @@ from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import failed_trial, run_trial
 
 if TYPE_CHECKING:
-    from pytest_lpb.plugin.collection import ScenarioFile
+    from pytest_lpb.plugin.scenarios import ScenarioCollector, ScenarioFile
 
 
 class TrialFailure(Exception):  # noqa: N818 - a verdict on a planner, not an error of the software
@@ -45,20 +46,17 @@ class PlannerCollector(pytest.Collector):
         super().__init__(**keywords)
         self.configuration = configuration
         self.holder = PlannerHolder(configuration)
-        self.key = session_of(self.config).scenario_key(self.path)
-        self.known_failure = known_failure(self.scenario, configuration, self.key)
+        self.known_failure = known_failure(self.family.scenario(), configuration, self.family.key)
         self._stack = ExitStack()
 
     @property
-    def scenario(self) -> Scenario:
+    def family(self) -> Family:
         """The scenario above."""
-        scenario = cast("ScenarioFile", self.parent).scenario
-        assert scenario is not None, "children are collected after their scenario is loaded"
-        return scenario
+        return cast("ScenarioFile | ScenarioCollector", self.parent).family
 
     def collect(self) -> Iterator[TrialItem]:
         """One item per seed."""
-        for seed in session_of(self.config).seeds(self.scenario):
+        for seed in session_of(self.config).seeds(self.family):
             yield TrialItem.from_parent(self, name=f"seed{seed}", seed=seed)
 
     def setup(self) -> None:
@@ -90,12 +88,20 @@ class TrialItem(pytest.Item):
         """The planner's collector."""
         return cast(PlannerCollector, self.parent)
 
+    @property
+    def key(self) -> TrialKey:
+        """Scenario, planner and seed."""
+        return TrialKey(self.collector.family.key, self.collector.name, self.seed)
+
     def runtest(self) -> None:
         """Run the trial, write its files, then judge it."""
         options = session_of(self.config)
         self._refuse_to_crash_again()
-        self.trajectory = trajectory = self._run()
-        write_trial(options.run, trajectory)
+        # A trial that is finished already is judged as it was recorded.
+        finished = options.planned is not None and self._trial_path().exists()
+        self.trajectory = trajectory = read_trial(self._trial_path()) if finished else self._run()
+        if not finished:
+            write_trial(options.run, trajectory)
         if trajectory.metadata["success"]:
             return
         expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
@@ -117,14 +123,14 @@ class TrialItem(pytest.Item):
             raise TrialFailure(f"{WORKER_CRASH}: {earlier.metadata['message']}\nrepeat: {earlier.metadata['command']}")
 
     def _trial_path(self) -> Path:
-        return trial_path(session_of(self.config).run, self.collector.key, self.collector.name, self.seed)
+        return trial_path(session_of(self.config).run, *self.key)
 
     def _fails(self, outcome: str) -> bool:
         return session_of(self.config).assertion == "trial" or outcome in SOFTWARE_FAULTS
 
     def _run(self) -> Trajectory:
-        options, scenario = session_of(self.config), self.collector.scenario
-        key = self.collector.key
+        options, key = session_of(self.config), self.key.scenario
+        scenario = self.collector.family.scenario(self.seed)
         specification = TrialSpecification(
             problem=scenario.concrete | {"seed": self.seed, "trials": 1},
             planner=self.collector.configuration,
@@ -150,7 +156,7 @@ class TrialItem(pytest.Item):
         write_once(path, dump_yaml({**problem, "source": source}).encode())
 
     def _repeat(self) -> str:
-        return session_of(self.config).repeat_command(self.path, self.collector.name, self.seed)
+        return session_of(self.config).repeat_command(self.nodeid, self.collector.name, self.seed)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """A failed trial in words; anything else as pytest shows it."""
@@ -160,7 +166,7 @@ class TrialItem(pytest.Item):
 
     def reportinfo(self) -> tuple[Any, int, str]:
         """Place and title of the trial in reports."""
-        return self.path, 0, f"{self.collector.key} :: {self.collector.name} :: {self.name}"
+        return self.path, 0, f"{self.key.scenario} :: {self.collector.name} :: {self.name}"
 
 
 def verdict(trajectory: Trajectory) -> str:

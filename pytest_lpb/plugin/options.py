@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
+
+from pytest_lpb.study.recognition import SUFFIXES, is_study
 
 DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
 ASSERTIONS = ("trial", "rate", "none")
@@ -26,9 +31,10 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--lpb-assert",
         choices=ASSERTIONS,
-        default="trial",
         help="what fails: every failed trial (default), a planner's success rate, or software faults only",
     )
+    group.addoption("--lpb-problems", metavar="RUN", help="run the problems of an old run, under their names and seeds")
+    group.addoption("--lpb-resume", metavar="RUN", help="finish a run that was interrupted: run what is missing")
     group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
     group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
     group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
@@ -49,3 +55,17 @@ def chosen_planners(config: pytest.Config) -> list[str]:
     """References of the planners to run; none, as with an empty `--lpb-planners=`: the plugin stays inert."""
     given = config.getoption("--lpb-planners")
     return split_names(config.getini("lpb_planners") if given is None else given)
+
+
+def named_study(config: pytest.Config) -> Path | None:
+    """The first study file among the arguments."""
+    folder = config.invocation_params.dir
+    texts = (argument.partition("::")[0] for argument in config.args)
+    paths = (Path(os.path.normpath(folder / text)) for text in texts if text.endswith(SUFFIXES))
+    return next((path for path in paths if is_study(path)), None)
+
+
+def is_active(config: pytest.Config) -> bool:
+    """Whether there are planners to run: chosen, of a study, or of a run to finish."""
+    asked = chosen_planners(config) or config.getoption("--lpb-resume") or config.getoption("--lpb-problems")
+    return bool(asked) or named_study(config) is not None

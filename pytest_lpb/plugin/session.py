@@ -4,17 +4,40 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pytest_lpb.planner.configuration import PlannerConfiguration
-from pytest_lpb.scenario.load import Scenario
+from pytest_lpb.run.plan import TrialKey
+from pytest_lpb.study.family import Family, FileFamily
 
-WORKER_RUN = "lpb_run_folder"  # key of xdist's workerinput
+WORKER_RUN = "lpb_run_folder"  # keys of xdist's workerinput
+WORKER_ROOT = "lpb_rootdir"
 SESSION: pytest.StashKey[LpbSession] = pytest.StashKey()
+TRIAL = re.compile(r"(?P<above>.+)::(?P<planner>[^:]+)::seed(?P<seed>[0-9]+)")
+
+
+@dataclass(frozen=True)
+class Source:
+    """What names the problems of a run in the place of scenario files: a study, or an old run.
+
+    Attributes:
+        path: the file that stands for it: the study, or the old run's run.json.
+        families: its scenarios.
+        swept: what of the planners and scenarios is a variant of what.
+        options: that name it again.
+    """
+
+    path: Path
+    families: Sequence[Family]
+    swept: Mapping[str, Any]
+    options: Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -35,11 +58,13 @@ class LpbSession:
     rootdir: Path
     invocation: Path
     workers: int
+    options: Mapping[str, Any]  # of sources.RECORDED, as they were given
+    source: Source | None = None  # None: scenario files
+    planned: frozenset[TrialKey] | None = None  # trials of the run that is finished now; None: a new run
 
-    def seeds(self, scenario: Scenario) -> range:
+    def seeds(self, family: Family) -> Sequence[int]:
         """Seeds of a scenario's trials."""
-        first = scenario.seed if self.first_seed is None else self.first_seed
-        return range(first, first + (scenario.trials if self.trials is None else self.trials))
+        return family.seeds(self.first_seed, self.trials)
 
     def scenario_key(self, path: Path) -> str:
         """A scenario's key: its path below the rootdir without suffix and leading `scenarios/`."""
@@ -53,16 +78,41 @@ class LpbSession:
         """A scenario file's node id: its path from the rootdir; pytest's own is empty for a file outside of it."""
         return Path(os.path.relpath(path, self.rootdir)).as_posix()
 
-    def file_of(self, node_id: str) -> Path:
-        """The scenario file of a node id, or of a trial's."""
-        return Path(os.path.normpath(self.rootdir / node_id.partition("::")[0]))
+    def trial_of(self, node_id: str) -> TrialKey | None:
+        """The trial of a node id; None for items of others."""
+        match = TRIAL.fullmatch(without_group(node_id))
+        if match is None or match["planner"] not in (planner.name for planner in self.planners):
+            return None
+        return TrialKey(self._key_of(match["above"]), match["planner"], int(match["seed"]))
 
-    def repeat_command(self, path: Path, planner: str, seed: int) -> str:
+    def _key_of(self, node_id: str) -> str:
+        """Scenario key of the node above planners."""
+        file, _, key = node_id.partition("::")
+        return key or self.scenario_key(Path(os.path.normpath(self.rootdir / file)))
+
+    def families(self, node_ids: Iterable[str]) -> dict[str, Family]:
+        """Families of trials' node ids, by scenario key."""
+        found: dict[str, Family] = {}
+        for node_id in node_ids:
+            above = node_id.rsplit("::", 2)[0]
+            key = self._key_of(above)
+            if key in found:
+                continue
+            if self.source is None:
+                found[key] = FileFamily(key, Path(os.path.normpath(self.rootdir / above)))
+            else:
+                found[key] = next(family for family in self.source.families if family.key == key)
+        return found
+
+    def repeat_command(self, node_id: str, planner: str, seed: int) -> str:
         """The command that runs one trial again, from the invocation directory."""
-        node_id = f"{Path(os.path.relpath(path, self.invocation)).as_posix()}::{planner}::seed{seed}"
+        file, separator, rest = without_group(node_id).partition("::")
+        shown = Path(os.path.relpath(self.rootdir / file, self.invocation)).as_posix() + separator + rest
+        if self.source is not None:
+            return shlex.join(["pytest", *self.source.options, shown])
         flags = [f"--lpb-random-{part}" for part in self.flags]
         planners = f"--lpb-planners={self.references[planner]}"
-        return shlex.join(["pytest", planners, f"--lpb-seed={seed}", "--lpb-trials=1", *flags, node_id])
+        return shlex.join(["pytest", planners, f"--lpb-seed={seed}", "--lpb-trials=1", *flags, shown])
 
 
 def without_group(node_id: str) -> str:

@@ -58,6 +58,14 @@ class RunFolder:
         _point_latest(path)
         return cls(path)
 
+    def resume(self, info: dict[str, Any]) -> None:
+        """Note in run.json that the run goes on: `started`, `command`, `workers` of `info`. `latest` leads here."""
+        noted = self.info()
+        noted.setdefault("resumed", []).append({key: info[key] for key in ("started", "command", "workers")})
+        text = json.dumps(noted, indent=1, allow_nan=False)
+        replace_file(self.path / RUN_FILE, f"{text}\n".encode())
+        _point_latest(self.path)
+
     @classmethod
     def open(cls, path: Path) -> RunFolder:
         """A run folder by its path, or by that of `latest`. Raises RecordingError when it is none."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import subprocess
@@ -14,6 +13,7 @@ from typing import Any
 
 from pytest_lpb.errors import LpbError
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.study.family import Family
 from pytest_lpb.trial.specification import usable_cores
 
 SCHEMA_VERSION = 1
@@ -37,7 +37,7 @@ SPATIAL = b"pybullet"  # the engine's name, which every scenario in space writes
 def run_information(
     command: Sequence[str],
     planners: Iterable[PlannerConfiguration],
-    scenarios: Mapping[str, Path],
+    families: Mapping[str, Family],
     options: Mapping[str, Any],
     folder: Path,
 ) -> dict[str, Any]:
@@ -46,22 +46,19 @@ def run_information(
     Args:
         command: as it was typed.
         planners: with resolved parameters.
-        scenarios: files by scenario key.
+        families: problems by scenario key.
         options: seeds, flags, KPIs, modules, workers.
         folder: whose git commit counts.
     """
-    contents = {key: path.read_bytes() for key, path in sorted(scenarios.items())}
-    spatial = {key: scenarios[key] for key, content in contents.items() if SPATIAL in content}
+    families = dict(sorted(families.items()))
+    spatial = {key: family for key, family in families.items() if SPATIAL in family.path.read_bytes()}
     return {
         "schema_version": SCHEMA_VERSION,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": list(command),
         **options,
         "planners": {planner.name: planner.to_dict() for planner in planners},
-        "scenarios": {
-            key: {"file": str(scenarios[key]), "hash": hashlib.sha256(content).hexdigest()}
-            for key, content in contents.items()
-        },
+        "scenarios": {key: family.description() for key, family in families.items()},
         "self_collision_left_out": _left_out(spatial),
         "packages": {name: _version(name) for name in PACKAGES},
         "machine": machine(),
@@ -69,19 +66,18 @@ def run_information(
     }
 
 
-def _left_out(scenarios: Mapping[str, Path]) -> dict[str, list[list[str]]]:
+def _left_out(families: Mapping[str, Family]) -> dict[str, list[list[str]]]:
     """Pairs of bodies that always overlap, and are therefore not checked for self-collision, by scenario in space."""
-    if not scenarios:
+    if not families:
         return {}
     # Imported late: it costs nothing where nothing is in space.
     from pytest_lpb.problem.robot import robot_from
     from pytest_lpb.problem.spatial.robot import SpatialRobot
-    from pytest_lpb.scenario.load import load_scenario
 
     pairs = {}
-    for key, path in scenarios.items():
+    for key, family in families.items():
         try:
-            robot = robot_from(load_scenario(path).concrete["robot"])
+            robot = robot_from(family.scenario().concrete["robot"])
         except LpbError:
             continue  # an error where the scenario is collected
         if isinstance(robot, SpatialRobot):

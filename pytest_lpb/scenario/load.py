@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from pathlib import Path
@@ -92,8 +92,12 @@ class Scenario:
         return f"{shown_path(self.path)}:{self.line_of(loc)}"
 
 
-def load_scenario(path: Path) -> Scenario:
+def load_scenario(path: Path, changes: Sequence[Callable[[Plain], Plain]] = ()) -> Scenario:
     """Load a scenario file.
+
+    Args:
+        path: the file.
+        changes: what a sweep makes of its content before it is checked, in this order.
 
     Raises:
         ScenarioError: one `file:line: key: what was found, what is allowed` per fault, all at once.
@@ -103,6 +107,8 @@ def load_scenario(path: Path) -> Scenario:
     name = shown_path(path)
     content = _content(path, name)
     document = read_yaml(content, name)
+    for change in changes:
+        document = replace(document, data=change(document.data))
     document = replace(document, data=with_absolute_paths(document.data, path.absolute().parent))
     file = _checked(document, name)
     structure = structure_of(file.robot)

@@ -171,6 +171,7 @@ def run_without_pytest(folder: Path) -> Path:
     from pytest_lpb.run.provenance import run_information
     from pytest_lpb.scenario.draw import draw_problem
     from pytest_lpb.scenario.load import load_scenario
+    from pytest_lpb.study.family import FileFamily
     from pytest_lpb.trial.files import write_trial
     from pytest_lpb.trial.specification import TrialSpecification
     from pytest_lpb.trial.trial import run_trial
@@ -182,7 +183,7 @@ def run_without_pytest(folder: Path) -> Path:
     planners = find_planners(["pd", "potential_field"], [])
     options: dict[str, Any] = {"kpis": None, "plugins": [], "seeds": {"first": None, "trials": 2}, "workers": 1}
     information = run_information(
-        ["pytest"], planners, {name: folder / f"{name}.yaml" for name in files}, options, folder
+        ["pytest"], planners, {name: FileFamily(name, folder / f"{name}.yaml") for name in files}, options, folder
     )
     run = RunFolder.create(new_run_folder(folder / "reports"), information)
     for name in files:

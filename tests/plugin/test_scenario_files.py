@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_lpb.plugin.collection import RESERVED_KEY, glob_pattern
+from pytest_lpb.plugin.collection import glob_pattern
+from pytest_lpb.plugin.scenarios import RESERVED_KEY
 from pytest_lpb.run.summary import ALL
 
 from .projects import SCENARIO, UNSOLVED, Project, hashes_of, node_ids, read_run, text_of

@@ -1,0 +1,189 @@
+"""Reads a study file."""
+
+from __future__ import annotations
+
+import fnmatch
+import glob
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from pytest_lpb.documents.faults import Key, capped, key_path
+from pytest_lpb.documents.reader import Document, read_yaml
+from pytest_lpb.errors import ConfigurationError, LpbError
+from pytest_lpb.names import is_name, listed, suggestion
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.scenario.load import shown_path
+from pytest_lpb.scenario.messages import faults_of
+from pytest_lpb.study.family import FileFamily
+from pytest_lpb.study.recognition import SUFFIXES, is_study
+from pytest_lpb.study.schema import StudyFile
+from pytest_lpb.study.sweep import combinations, planner_variants, scenario_variants, suffix
+
+EXPECTED = "a study is a mapping that begins with `study: what it is about`"
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file, checked; its planners and scenarios are found when they are asked for."""
+
+    path: Path
+    content: StudyFile
+    document: Document = field(repr=False, compare=False)
+
+    def place(self, loc: Sequence[Key]) -> str:
+        """`file:line: key` of a key path, as messages begin."""
+        return f"{shown_path(self.path)}:{self.document.line_of(loc)}: {key_path(loc)}"
+
+    def references(self) -> list[str]:
+        """References of its planners, paths absolute."""
+        return [self._absolute(reference) for reference in self.content.planners]
+
+    def _absolute(self, reference: str) -> str:
+        name, equals, path = reference.partition("=")
+        folder = self.path.parent
+        if equals:
+            return f"{name}={folder / path}"
+        return str(folder / reference) if reference.endswith(SUFFIXES) else reference
+
+    def baseline(self) -> str | None:
+        """The gate's baseline, its path absolute."""
+        gate = self.content.gate
+        if gate is None:
+            return None
+        return gate.baseline if gate.baseline.startswith("planner:") else str(self.path.parent / gate.baseline)
+
+    def planners(self, found: Sequence[PlannerConfiguration]) -> list[PlannerConfiguration]:
+        """Planners with the variants of the sweeps in their place. Raises ConfigurationError.
+
+        Args:
+            found: the planners chosen.
+        """
+        variants: dict[str, list[PlannerConfiguration]] = {}
+        for index, sweep in enumerate(self.content.sweep):
+            if sweep.planner is None or sweep.parameters is None:
+                continue
+            place = self.place(("sweep", index, "planner"))
+            planner = next((planner for planner in found if planner.name == name_of(sweep.planner)), None)
+            if planner is None:
+                names = [planner.name for planner in found]
+                hint = suggestion(sweep.planner, names)
+                raise ConfigurationError(
+                    f"{place}: found {sweep.planner!r}{hint}; allowed are the study's planners: {listed(names)}"
+                )
+            try:
+                variants.setdefault(planner.name, []).extend(planner_variants(planner, sweep.parameters))
+            except ConfigurationError as error:
+                raise ConfigurationError(f"{self.place(('sweep', index, 'parameters'))}: {error}") from None
+        chosen = [variant for planner in found for variant in variants.get(planner.name, [planner])]
+        _check_names([planner.name for planner in chosen], "planner", str(self.path))
+        return chosen
+
+    def families(self, key_of: Callable[[Path], str]) -> list[FileFamily]:
+        """Families of its scenarios, with the variants of the sweeps in their place. Raises ConfigurationError.
+
+        Args:
+            key_of: the key of a scenario file.
+        """
+        plain = [FileFamily(key_of(path), path) for path in self._scenario_files()]
+        variants: dict[str, list[FileFamily]] = {}
+        for index, sweep in enumerate(self.content.sweep):
+            if sweep.knobs is None:
+                continue
+            globs = sweep.scenarios or ["*"]
+            swept = [family for family in plain if any(fnmatch.fnmatchcase(family.key, text) for text in globs)]
+            if not swept:
+                place = self.place(("sweep", index, "scenarios"))
+                keys = listed(family.key for family in plain)
+                raise ConfigurationError(f"{place}: found {', '.join(globs)}; the study's scenarios are {keys}")
+            for family in swept:
+                variants.setdefault(family.key, []).extend(
+                    scenario_variants(family, sweep.knobs, self.place(("sweep", index, "knobs")))
+                )
+        chosen = [variant for family in plain for variant in variants.get(family.key, [family])]
+        _check_names([family.key for family in chosen], "scenario", str(self.path))
+        return chosen
+
+    def _scenario_files(self) -> list[Path]:
+        found: dict[Path, None] = {}
+        for index, pattern in enumerate(self.content.scenarios):
+            paths = sorted(glob.glob(str(self.path.parent / pattern), recursive=True))  # noqa: PTH207 - absolute ones too
+            files = [Path(os.path.normpath(path)) for path in paths if path.endswith(SUFFIXES)]
+            scenarios = [path for path in files if path.is_file() and not is_study(path)]
+            if not scenarios:
+                place = self.place(("scenarios", index))
+                raise ConfigurationError(
+                    f"{place}: found {pattern!r}; no scenario file matches it below {self.path.parent}"
+                )
+            found |= dict.fromkeys(scenarios)
+        return list(found)
+
+    def swept(self, families: Sequence[FileFamily]) -> dict[str, Any]:
+        """What run.json says of sweeps: for each variant of planners and scenarios, what it is of, and its values."""
+        planners = {
+            f"{base}{suffix(values)}": {"of": base, "values": values}
+            for sweep in self.content.sweep
+            if sweep.planner is not None and sweep.parameters is not None
+            for base in [name_of(sweep.planner)]
+            for values in combinations(sweep.parameters)
+        }
+        scenarios = {
+            family.key: {"of": family.base, "values": {change.name: change.value for change in family.changes}}
+            for family in families
+            if family.changes
+        }
+        return {"planners": planners, "scenarios": scenarios} if planners or scenarios else {}
+
+
+def name_of(reference: str) -> str:
+    """The name that a reference to a planner gives it."""
+    name, equals, _ = reference.partition("=")
+    return name if equals or not reference.endswith(SUFFIXES) else Path(reference).stem
+
+
+def read_study(path: Path) -> Study:
+    """Read a study file. Raises ConfigurationError: one `file:line: key: ...` per fault."""
+    name = shown_path(path)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise ConfigurationError(f"{name}: cannot be read: {error.strerror}") from None
+    try:
+        document = read_yaml(content, name, EXPECTED)
+    except LpbError as error:
+        raise ConfigurationError(str(error)) from None
+    try:
+        file = StudyFile.model_validate(document.data)
+    except ValidationError as error:
+        faults = [
+            f"{name}:{document.line_of(fault.loc)}: {key_path(fault.loc)}: {fault.message}"
+            for fault in faults_of(error, StudyFile, document.data)
+        ]
+        raise ConfigurationError("\n".join(capped(faults))) from None
+    study = Study(path, file, document)
+    _check_sweeps(study)
+    return study
+
+
+def _check_sweeps(study: Study) -> None:
+    """Raise ConfigurationError for sweeps of nothing, or of two things at once."""
+    for index, sweep in enumerate(study.content.sweep):
+        of_planner = sweep.planner is not None and sweep.parameters is not None
+        halves = (sweep.planner is None) != (sweep.parameters is None)
+        if halves or of_planner == (sweep.knobs is not None) or (of_planner and sweep.scenarios):
+            raise ConfigurationError(
+                f"{study.place(('sweep', index))}: a sweep has either `planner` and `parameters`, "
+                "or `knobs` and perhaps `scenarios`"
+            )
+
+
+def _check_names(names: Sequence[str], what: str, where: str) -> None:
+    for name in names:
+        if not all(is_name(part) for part in name.split("/")):
+            raise ConfigurationError(f"{where}: {what} {name!r}: a variant's name may have at most 100 characters")
+        if names.count(name) > 1:
+            raise ConfigurationError(f"{where}: {what} {name!r} comes twice; sweep values must differ")
