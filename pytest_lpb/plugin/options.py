@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from pytest_lpb.study.recognition import SUFFIXES, is_study
-
 DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
 ASSERTIONS = ("trial", "rate", "none")
 PARTS = ("start", "goal", "obstacles")
@@ -60,9 +58,13 @@ def chosen_planners(config: pytest.Config) -> list[str]:
 def named_study(config: pytest.Config) -> Path | None:
     """The first study file among the arguments."""
     folder = config.invocation_params.dir
-    texts = (argument.partition("::")[0] for argument in config.args)
-    paths = (Path(os.path.normpath(folder / text)) for text in texts if text.endswith(SUFFIXES))
-    return next((path for path in paths if is_study(path)), None)
+    texts = [argument.partition("::")[0] for argument in config.args]
+    named = [Path(os.path.normpath(folder / text)) for text in texts if text.endswith((".yaml", ".yml"))]
+    if not named:
+        return None
+    from pytest_lpb.study.recognition import is_study
+
+    return next((path for path in named if is_study(path)), None)
 
 
 def is_active(config: pytest.Config) -> bool:

@@ -43,7 +43,9 @@ def write_summary(
             for line in planner_table(data):
                 reporter.write_line(line)
         if len(data.trials) < total:
-            reporter.write_line(f"{len(data.trials)} of {total} trials were run")
+            reporter.write_line(
+                f"{len(data.trials)} of {total} trials were run; run the others with: pytest --lpb-resume={folder}"
+            )
         for line in failure_lines(data.trials, known):
             reporter.write_line(line)
     for verdict in rates:

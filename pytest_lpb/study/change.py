@@ -59,10 +59,10 @@ def _set(data: Data, path: str, value: Any) -> None:
     for step, after in pairwise(steps):
         # A mapping that the file leaves out has its defaults: the key path may begin it.
         place = place.setdefault(step, {}) if isinstance(after, str) and isinstance(place, dict) else place[step]
-    if isinstance(place, list):
-        place[int(steps[-1])] = value
-    else:
-        place[steps[-1]] = value
+    last = steps[-1]
+    if isinstance(place, dict) != isinstance(last, str):
+        raise KeyError(last)
+    place[last] = value
 
 
 def _groups(data: Data) -> list[Data]:
