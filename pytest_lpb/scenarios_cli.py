@@ -1,28 +1,41 @@
-"""`lpb-scenarios`: scenario files from elsewhere."""
+"""`lpb-scenarios`: scenario files that come with the package, and from elsewhere."""
 
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
 from pytest_lpb import __version__
+from pytest_lpb.aligned import aligned
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
+from pytest_lpb.shipped import shipped_folder
 
 EXIT_USAGE = 4
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `lpb-scenarios`. Returns 0, or 4 for wrong arguments and files that cannot be used."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.copy is not None and options.command is not None:
+        parser.error("--copy DIR copies all scenarios; `lpb-scenarios copy DIR NAME ...` copies some")
     try:
-        _import(options.experiment, options.output)
+        if options.copy is not None:
+            _copy(argparse.Namespace(folder=options.copy, names=[]))
+        else:
+            (options.command or _list)(options)
     except LpbError as error:
         print(f"lpb-scenarios: error: {error}", file=sys.stderr)
         return EXIT_USAGE
+    except BrokenPipeError:
+        # The reader, such as `head`, has seen enough.
+        sys.stderr.close()
+        return 0
     except OSError as error:
         print(f"lpb-scenarios: error: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
         return EXIT_USAGE
@@ -41,17 +54,51 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="lpb-scenarios", description=__doc__, allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    parser.add_argument("--copy", type=Path, metavar="DIR", help="copy all scenarios, as `copy DIR` does")
+    parser.set_defaults(command=None, tags=[], robot=None)
+    commands = parser.add_subparsers(metavar="COMMAND", title="commands (default: list)")
+    listing = commands.add_parser("list", help="list the scenarios that come with pytest-lpb")
+    listing.add_argument("--tags", type=_names, default=[], metavar="A,B", help="those that have all of these tags")
+    listing.add_argument("--robot", metavar="NAME", help="those of this robot")
+    listing.set_defaults(command=_list)
+    copying = commands.add_parser("copy", help="copy scenarios, with the meshes and paths they need")
+    copying.add_argument("folder", type=Path, metavar="DIR", help="where to; made when it is missing")
+    copying.add_argument("names", nargs="*", metavar="NAME", help="scenarios or folders of them (default: all)")
+    copying.set_defaults(command=_copy)
     importing = commands.add_parser("import", help="make a scenario file of an experiment of localPlannerBench")
     importing.add_argument("experiment", type=Path, metavar="exp.yaml", help="the experiment file")
     importing.add_argument("--output", type=Path, metavar="FILE", help="scenario file to write (default: print it)")
+    importing.set_defaults(command=_import)
     return parser
 
 
-def _import(experiment: Path, output: Path | None) -> None:
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _list(options: argparse.Namespace) -> None:
+    from pytest_lpb.scenario.shelf import HEADS, scenarios_in, table, tagged
+
+    entries = tagged(scenarios_in(shipped_folder("scenarios")), options.tags, options.robot)
+    print("\n".join(aligned(table(entries), left=len(HEADS))))
+    print(f"{len(entries)} scenarios; difficulty: planners of pytest-lpb that are known to fail, if only on some seeds")
+
+
+def _copy(options: argparse.Namespace) -> None:
+    from pytest_lpb.scenario.copying import copy_scenarios
+    from pytest_lpb.scenario.shelf import named, scenarios_in
+
+    folder = shipped_folder("scenarios")
+    copies = copy_scenarios(named(scenarios_in(folder), options.names), folder, options.folder)
+    print(f"{len(copies)} scenarios copied to {options.folder}; run one, for example:")
+    print(f"    {shlex.join(['pytest', '--lpb-planners=pd', str(copies[0])])}")
+
+
+def _import(options: argparse.Namespace) -> None:
     # Imported here: `--help` needs none of it.
     from pytest_lpb.scenario.importing import import_experiment
 
+    experiment, output = options.experiment, options.output
     if output is not None and output.exists():
         raise LpbError(f"{output} is there already; choose another --output")
     imported = import_experiment(experiment)

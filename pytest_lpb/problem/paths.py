@@ -16,6 +16,18 @@ def with_absolute_paths(data: Any, folder: Path) -> Any:
     return with_paths(data, lambda path: os.path.normpath(folder / path))
 
 
+def paths_in(data: Any) -> list[str]:
+    """Every path in the content of a scenario file, as written there."""
+    found: list[str] = []
+
+    def keep(path: str) -> str:
+        found.append(path)
+        return path
+
+    with_paths(data, keep)
+    return found
+
+
 def with_paths(data: Any, change: Callable[[str], str]) -> Any:
     """Content of a scenario file with every path changed; a copy where there is any."""
     if not isinstance(data, dict):

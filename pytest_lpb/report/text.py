@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import pandas as pd
 
+from pytest_lpb.aligned import aligned
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.run.evaluation import Evaluation
 
@@ -58,17 +59,6 @@ def _figure(value: object) -> str:
     if value is None or pd.isna(_number(value)):
         return "-"
     return f"{_number(value):.3g}"
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Rows of text as columns: the first left-aligned, the others right-aligned."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        cells = [
-            row[0].ljust(widths[0]),
-            *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True)),
-        ]
-        yield "  ".join(cells).rstrip()
 
 
 def comparison_table(data: ReportData) -> Iterator[str]:

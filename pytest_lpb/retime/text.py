@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from pytest_lpb.aligned import aligned
 from pytest_lpb.retime.figures import RetimedRow, against
 from pytest_lpb.retime.result import Retimed
 
@@ -26,11 +27,7 @@ HEADS = (
 def retimed_table(retimed: Retimed) -> Iterator[str]:
     """One line per scenario and planner, then the noise floor and what it means."""
     rows = [HEADS, *(_cells(row, retimed) for row in retimed.rows)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(HEADS))]
-    for row in rows:
-        names = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2], strict=True)]
-        cells = [*names, *(cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True))]
-        yield "  ".join(cells).rstrip()
+    yield from aligned(rows, left=2)
     yield from notes(retimed)
 
 

@@ -42,6 +42,20 @@ def test_content(wheel: Path) -> None:
     assert {f"pytest_lpb/shipped_files/{path}" for path in shipped} <= names
 
 
+def test_scenarios_are_copied_from_it(wheel: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    script = (
+        f"import sys; sys.path.insert(0, {str(site)!r}); import pytest_lpb.scenarios_cli as cli;"
+        f"assert cli.__file__.startswith({str(site)!r}), cli.__file__;"
+        f"sys.exit(cli.main(['copy', 'scenarios']))"
+    )
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, capture_output=True)
+    copies = {path.relative_to(tmp_path): path.read_bytes() for path in (tmp_path / "scenarios").rglob("*.*")}
+    assert copies == {path.relative_to(ROOT): path.read_bytes() for path in (ROOT / "scenarios").rglob("*.*")}
+
+
 def test_a_run_in_an_empty_folder(wheel: Path, tmp_path: Path, project: Project) -> None:
     site = tmp_path / "site"
     with zipfile.ZipFile(wheel) as archive:
