@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,16 +11,66 @@ from numpy.typing import NDArray
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.numbers import count, finite, interval, kpi_title, percent, show, unit_text
+from pytest_lpb.report.packing import packed
 from pytest_lpb.report.scale import Scale, drawable, scale_for
-from pytest_lpb.report.view import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, PlannerStyle
+from pytest_lpb.report.view import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, KpiSection, PlannerStyle
 
 FloatArray = NDArray[np.float64]
 
 BOX_FROM = 5  # values from which quartiles are drawn
 MAX_POINTS = 200  # dots per row
 MAX_TOLD = 5  # values too large to draw that are told
-MAX_ROWS = 240  # planners x scenarios in one figure
+MAX_ROWS = 1000  # planners x scenarios in one figure
 DIRECTIONS = {"lower": "lower is better", "higher": "higher is better"}
+
+
+def kpi_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> KpiSection | None:
+    """Success and every KPI with values; None without any."""
+    success = success_groups(data.summary, styles)
+    figures, without_values = kpi_figures(data, styles)
+    if not success and not figures:
+        return None
+    return KpiSection(
+        options=[(figure.group, figure.name, figure.title) for figure in figures],
+        without_values=without_values,
+        packed=packed(
+            {
+                "success": [
+                    [group.name, [[row.style.number, row.rate, row.low, row.high, row.label] for row in group.rows]]
+                    for group in success
+                ],
+                "figures": {figure.name: _listed(figure) for figure in figures},
+            }
+        ),
+    )
+
+
+def _listed(figure: KpiFigure) -> dict[str, Any]:
+    return {
+        "title": figure.title,
+        "notes": figure.notes,
+        "ticks": [[tick.at, tick.label] for tick in figure.ticks],
+        "zero": figure.zero,
+        "groups": [
+            [
+                group.name,
+                [
+                    [
+                        row.style.number,
+                        row.points,
+                        row.median,
+                        row.box,
+                        row.whiskers,
+                        row.label,
+                        row.number,
+                        row.description,
+                    ]
+                    for row in group.rows
+                ],
+            ]
+            for group in figure.groups
+        ],
+    }
 
 
 def success_groups(summary: pd.DataFrame, styles: Mapping[str, PlannerStyle]) -> list[BarGroup]:

@@ -25,6 +25,7 @@ OUTCOMES = (
     "environment_error",
     "worker_crash",
 )
+USER = "user"  # group of KPIs that a user registered
 HEADLINES = ("time_to_goal_s", "clearance_min_m", "path_length_m", "solver_time_p50_ms", "solver_time_p95_ms")
 
 
@@ -82,6 +83,7 @@ def success_matrix(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list
         MatrixRow(
             scenario="mean over scenarios" if name == "all" else name,
             cells=[_matrix_cell(rows.get((name, planner))) for planner in styles],
+            is_scenario=name != "all",
         )
         for name in names
     ]
@@ -107,7 +109,7 @@ def summary_table(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple
 def headline_kpis(data: ReportData) -> list[ReportedKpi]:
     """The KPIs of the table of planners, in its order."""
     by_name = {kpi.name: kpi for kpi in data.kpis if f"{kpi.name}_median" in data.summary}
-    users = [kpi for name, kpi in by_name.items() if kpi.group == "user"]
+    users = [kpi for name, kpi in by_name.items() if kpi.group == USER]
     return [by_name[name] for name in HEADLINES if name in by_name] + users
 
 

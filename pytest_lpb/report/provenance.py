@@ -8,10 +8,16 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
+from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import finite, show, show_exact
 from pytest_lpb.report.view import Fact, PlannerSetup, PlannerStyle, Provenance
 
 HASH_DIGITS = 12
+
+
+def run_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Provenance:
+    """What run.json says, in words."""
+    return provenance(data.run_info, styles)
 
 
 def provenance(run_info: Mapping[str, Any], styles: Mapping[str, PlannerStyle]) -> Provenance:

@@ -14,7 +14,7 @@ from pytest_lpb.report.canvas import canvas_for
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.depiction import Depiction, Sheet, depiction_for
 from pytest_lpb.report.numbers import finite, show
-from pytest_lpb.report.overview import endings
+from pytest_lpb.report.overview import by_success, endings
 from pytest_lpb.report.projection import PROJECTIONS, Projection, corners_of
 from pytest_lpb.report.scene_marks import (
     CONTACTS,
@@ -27,11 +27,16 @@ from pytest_lpb.report.scene_marks import (
     robot_marks,
 )
 from pytest_lpb.report.timelines import timelines
-from pytest_lpb.report.view import Mark, Panel, PlannerStyle, Scene, SceneEntry
+from pytest_lpb.report.view import Mark, Panel, PlannerStyle, ScenarioSection, Scene, SceneEntry
 
 FloatArray = NDArray[np.float64]
 
 CORNER_TIMES = 25  # times at which a moving obstacle's corners are held in the picture
+
+
+def scenario_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> ScenarioSection | None:
+    """The picture of every scenario; None without trials."""
+    return ScenarioSection(by_success(data, styles), scenes(data, styles)) if len(data.trials) else None
 
 
 def scenes(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[Scene]:

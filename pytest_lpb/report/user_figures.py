@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import islice
 
 import pandas as pd
@@ -10,9 +10,14 @@ import pandas as pd
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.scenes import representative
-from pytest_lpb.report.view import UserFigure
+from pytest_lpb.report.view import PlannerStyle, UserFigure
 
 MAX_FIGURES_PER_PLOT = 16
+
+
+def plot_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[UserFigure] | None:  # noqa: ARG001
+    """The users' own plots; None without any."""
+    return user_figures(data) or None
 
 
 def user_figures(data: ReportData, plots: Sequence[Plot] | None = None) -> list[UserFigure]:

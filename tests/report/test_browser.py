@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from .chromium import Chromium
+from .views import open_view, wait_for
 
 pytestmark = pytest.mark.chromium
 
@@ -50,7 +51,7 @@ def test_no_errors_and_no_requests(browser: Chromium, report_address: str) -> No
 
 
 def test_sorting_by_click_puts_empty_cells_last(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/trials")
     column = _head(browser, "time to goal [s]")
     for direction in ("ascending", "descending"):
         assert _click_head(browser, column) == direction
@@ -65,7 +66,7 @@ def test_sorting_by_click_puts_empty_cells_last(browser: Chromium, report_addres
 
 
 def test_sorting_with_the_keyboard(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/trials")
     browser.run("document.querySelector('#trial-table thead button').focus()")
     browser.key("Enter", 13)
     assert browser.run("document.querySelector('#trial-table thead th').getAttribute('aria-sort')") == "ascending"
@@ -74,7 +75,7 @@ def test_sorting_with_the_keyboard(browser: Chromium, report_address: str) -> No
 
 
 def test_filtering_by_text_and_by_choice(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/trials")
     before = len(_column(browser, 0))
     _set(browser, "[data-column=filter]", "CART pd")
     assert set(_column(browser, 1)) == {"cart/crossing"}
@@ -92,26 +93,33 @@ def _set(browser: Chromium, selector: str, value: str) -> None:
 
 
 def test_permalink_restores_the_view(browser: Chromium, report_address: str) -> None:
-    browser.open(f"{report_address}#sort=-seed&filter=arm&planner=pd&kpi=clearance_min_m")
+    open_view(browser, report_address, "#/trials?sort=-seed&filter=arm&planner=pd")
     assert _column(browser, _head(browser, "seed")) == ["3", "2", "1", "0"]
-    assert browser.run("document.querySelector('.kpi.chosen').dataset.kpi") == "clearance_min_m"
-    browser.open(f"{report_address}#sort=nonsense&kpi=nonsense&outcome=nonsense&filter=%3Cscript%3E")
+    open_view(browser, report_address, "#/kpis?kpi=clearance_min_m")
+    assert browser.run("document.querySelector('.kpi').dataset.kpi") == "clearance_min_m"
+    open_view(browser, report_address, "#/trials?sort=nonsense&outcome=nonsense&filter=%3Cscript%3E")
     assert browser.errors == []
-    assert browser.run("document.querySelector('.kpi.chosen').dataset.kpi") == "success"
+    assert _column(browser, 0) == []
+    open_view(browser, report_address, "#/kpis?kpi=nonsense")
+    assert browser.run("document.querySelector('.kpi').dataset.kpi") == "success"
+    for route in ("#/nonsense/%E0%A4%A", "#/trial/%3Cscript%3E", "#/scenario/nonsense", "#/", "#/trial/"):
+        open_view(browser, report_address, route)
+        assert browser.errors == []
 
 
 def test_one_kpi_is_shown_at_a_time(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/kpis")
     shown = "[...document.querySelectorAll('.kpi')].filter(f => f.offsetParent).map(f => f.dataset.kpi)"
     assert browser.run(shown) == ["success"]
     select = "document.getElementById('kpi-select')"
     browser.run(f"{select}.value = 'path_length_m'; {select}.dispatchEvent(new Event('change'))")
+    wait_for(browser, "document.querySelector('.kpi').dataset.kpi === 'path_length_m'")
     assert browser.run(shown) == ["path_length_m"]
-    assert browser.run("location.hash") == "#kpi=path_length_m"
+    assert browser.run("location.hash") == "#/kpis?kpi=path_length_m"
 
 
 def test_planner_can_be_hidden_in_pictures(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/scenarios")
     paths = "[...document.querySelectorAll('.scene path[data-planner=pd]')]"
     assert browser.run(f"{paths}.length") > 3
     browser.run("document.querySelector('input[data-planner=pd]').click()")
@@ -119,7 +127,7 @@ def test_planner_can_be_hidden_in_pictures(browser: Chromium, report_address: st
 
 
 def test_copying_a_command(browser: Chromium, report_address: str) -> None:
-    browser.open(report_address)
+    open_view(browser, report_address, "#/trials")
     browser.run("document.querySelector('.copy').click()")
     browser.run("new Promise(done => setTimeout(done, 200))")
     assert browser.run("document.getElementById('status').textContent").startswith("Cop")
@@ -130,7 +138,7 @@ def test_copying_a_command(browser: Chromium, report_address: str) -> None:
 def test_looks(browser: Chromium, report_address: str, look: str) -> None:
     width, height, scheme, phone = LOOKS[look]
     browser.look(width, height, scheme, phone=phone)
-    browser.open(report_address)
+    open_view(browser, report_address, "#/scenarios")
     assert browser.run("document.documentElement.scrollWidth") <= width
     pixels = _pixels(browser.picture(whole=True))
     assert pixels.shape[1] == width
@@ -147,7 +155,7 @@ def test_looks(browser: Chromium, report_address: str, look: str) -> None:
 def test_text_is_large_enough_and_inside(browser: Chromium, report_address: str, look: str) -> None:
     width, height, scheme, phone = LOOKS[look]
     browser.look(width, height, scheme, phone=phone)
-    browser.open(report_address)
+    open_view(browser, report_address, "#/scenarios")
     texts = """[...document.querySelectorAll('.scene-svg text')].map(text =>
         parseFloat(getComputedStyle(text).fontSize) * Math.hypot(text.getScreenCTM().a, text.getScreenCTM().b))"""
     assert min(browser.run(texts)) > 10.5

@@ -15,10 +15,12 @@ import pytest
 
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import page, render, write_report
+from pytest_lpb.report.sections import VIEWS
 
 from .runs import make_run
 
 EVIL = "<script>alert(1)</script>"
+ROUTES = {"scenario", *(view.name for view in VIEWS)}
 
 
 class Elements(HTMLParser):
@@ -135,8 +137,11 @@ def test_ids_are_unique_and_labels_refer_to_them(html: str) -> None:
     ids = [attributes["id"] for _, attributes in tags if "id" in attributes]
     assert len(ids) == len(set(ids))
     for tag, attributes in tags:
-        if tag in ("use", "a") and (attributes.get("href") or "").startswith("#"):
-            assert (attributes["href"] or "")[1:] in ids
+        href = attributes.get("href") or ""
+        if href.startswith("#/"):
+            assert href.split("/")[1] in ROUTES
+        elif tag in ("use", "a") and href.startswith("#"):
+            assert href[1:] in ids
         if "aria-labelledby" in attributes:
             assert attributes["aria-labelledby"] in ids
 
@@ -164,9 +169,8 @@ def test_one_trial_and_one_planner() -> None:
 
 def test_repeats_of_one_problem_are_told(run: ReportData) -> None:
     trials = run.trials.assign(problem_hash="same")
-    assert any(
-        "Repeats of one problem count as one problem" in note for note in page(replace(run, trials=trials)).notes
-    )
+    notes = page(replace(run, trials=trials)).model("overview").notes
+    assert any("Repeats of one problem count as one problem" in note for note in notes)
 
 
 def test_goal_reached_but_criteria_not_met(run: ReportData) -> None:
@@ -175,9 +179,10 @@ def test_goal_reached_but_criteria_not_met(run: ReportData) -> None:
     trials.loc[reached, "success"] = False
     trials.loc[reached, "failed_criteria"] = "clearance_min_m"
     view = page(replace(run, trials=trials))
-    assert "criteria_failed" in view.outcome_names
-    assert "success" not in view.outcome_names
-    assert any("criteria failed in" in statement.detail for statement in view.statements)
+    outcomes = view.model("trials").outcomes
+    assert "criteria_failed" in outcomes
+    assert "success" not in outcomes
+    assert any("criteria failed in" in statement.detail for statement in view.model("overview").statements)
 
 
 @pytest.mark.parametrize("value", [np.inf, -np.inf, np.nan])
@@ -185,9 +190,9 @@ def test_numbers_that_are_none_do_not_break_figures(run: ReportData, value: floa
     trials = run.trials.copy()
     for kpi in run.kpis:
         trials[kpi.name] = value
-    view = page(replace(run, trials=trials))
-    assert not view.kpi_figures
-    assert len(view.kpis_without_values) == len(run.kpis)
+    kpis = page(replace(run, trials=trials)).model("kpis")
+    assert not kpis.options
+    assert len(kpis.without_values) == len(run.kpis)
 
 
 def test_size_of_200_trials() -> None:

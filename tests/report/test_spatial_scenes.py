@@ -26,6 +26,7 @@ from pytest_lpb.report.view import Mark, Panel, Scene
 
 from .chromium import Chromium
 from .spatial_runs import PLANNERS, spatial_problems, spatial_run
+from .views import open_view
 
 STYLES = planner_styles(PLANNERS)
 ABOVE, SIDE = PROJECTIONS[3]
@@ -242,7 +243,7 @@ def test_the_views_stand_side_by_side_where_there_is_room(
 ) -> None:
     address = write_report(tmp_path / "report.html", data).as_uri()
     browser.look(width, 900, "light", phone=width < 500)
-    browser.open(address)
+    open_view(browser, address, "#/scenarios")
     assert browser.errors == []
     assert browser.run("document.documentElement.scrollWidth") <= width
     boxes = browser.run(

@@ -29,6 +29,11 @@ def mesh_triangles(path: Path) -> FloatArray:
     return triangles
 
 
+def can_be_read(path: Path) -> bool:
+    """Whether a mesh's file is there, and of a kind whose triangles are read."""
+    return path.suffix.lower() in _READERS and path.is_file()
+
+
 def _from_obj(path: Path) -> FloatArray:
     vertices: list[list[float]] = []
     triangles: list[tuple[int, int, int]] = []

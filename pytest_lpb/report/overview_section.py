@@ -1,0 +1,46 @@
+"""The overview: words, heat map and table, from their parts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.heat import heat_map
+from pytest_lpb.report.overview import outcome_bars, statements, success_matrix, summary_table
+from pytest_lpb.report.view import Overview, PlannerStyle
+from pytest_lpb.report.winners import winners, winners_summary
+
+
+def overview(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Overview:
+    """The whole overview."""
+    heads, summary = summary_table(data, styles)
+    won = winners(data, styles)
+    return Overview(
+        warnings=[str(warning) for warning in data.warnings],
+        notes=notes(data),
+        statements=statements(data, styles),
+        winners_summary=winners_summary(won, styles),
+        winners=won,
+        matrix_styles=list(styles.values()),
+        matrix=success_matrix(data, styles),
+        heat=heat_map(data, styles),
+        summary_heads=heads,
+        summary=summary,
+        outcomes=outcome_bars(data, styles),
+        several_scenarios=data.trials["scenario"].nunique() > 1,
+    )
+
+
+def notes(data: ReportData) -> list[str]:
+    """What a reader must know before reading any number."""
+    if data.trials.empty:
+        return ["No trial of this run has finished."]
+    found = []
+    problems = data.trials.groupby("scenario")["problem_hash"].nunique()
+    repeats = data.trials.groupby("scenario")["seed"].nunique()
+    fixed = [str(name) for name in problems.index if problems[name] == 1 and repeats[name] > 1]
+    if fixed:
+        found.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
+    if data.trials["timing_contended"].eq(True).any():
+        found.append("† Timing was contended: other work ran on the same cores. Such figures do not compare planners.")
+    return found

@@ -1,0 +1,1 @@
+"""Trials in motion: what a replay in the report is drawn from."""

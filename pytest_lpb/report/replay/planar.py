@@ -1,0 +1,67 @@
+"""Replays in the plane: capsules, discs and polygons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_lpb.problem.planar.shapes import SHAPES
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.obstacle import Obstacle
+    from pytest_lpb.problem.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+DIGITS = 4  # after the point [m]
+
+
+class PlanarMotion:
+    """Parts: ["capsule", body, x, y, x, y, radius], ["disc", 0, radius], ["polygon", 0, [[x, y], ...]]."""
+
+    def __init__(self) -> None:
+        self.meshes: list[Path] = []
+
+    def robot(self, robot: Robot) -> list[Any]:
+        """Capsules of the bodies; `wheels` for a base that cannot move sideways."""
+        parts: list[Any] = [
+            ["capsule", _links(robot).index(body.link), *(round(number, DIGITS) for number in capsule)]
+            for body in robot.collision_bodies
+            for capsule in body.capsules
+        ]
+        if robot.non_holonomic:
+            parts.append(["heading", 0, round(robot.body_radius, DIGITS)])
+        return parts
+
+    def poses(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """x, y, angle of the links that have bodies; the angle is never wrapped."""
+        chosen = [robot.link_index(link) for link in _links(robot)]
+        frames = np.array([robot.frames(row) for row in q.tolist()])[:, chosen]
+        angles = np.unwrap(np.arctan2(frames[..., 3], frames[..., 2]), axis=0)
+        return np.concatenate([frames[..., :2], angles[..., None]], axis=2)
+
+    def obstacle(self, obstacle: Obstacle) -> list[Any]:
+        """A disc, or a polygon."""
+        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        if isinstance(outline, float):
+            return [["disc", 0, outline]]
+        return [["polygon", 0, [[round(x, DIGITS), round(y, DIGITS)] for x, y in outline]]]
+
+    def obstacle_poses(self, obstacle: Obstacle, t: FloatArray) -> FloatArray:
+        """x, y, angle."""
+        positions, angles = obstacle.poses(t)
+        return np.column_stack([positions, angles])
+
+    def around(self, obstacle: Obstacle, t: FloatArray) -> FloatArray:
+        """Corners of the square around it."""
+        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        reach = outline if isinstance(outline, float) else float(np.linalg.norm(outline, axis=1).max())
+        positions = obstacle.poses(t)[0]
+        return np.concatenate([positions - reach, positions + reach])
+
+
+def _links(robot: Robot) -> list[str]:
+    return list(dict.fromkeys(body.link for body in robot.collision_bodies))
