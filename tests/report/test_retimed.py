@@ -25,7 +25,7 @@ def test_a_row_per_planner_and_the_floor(run: ReportData) -> None:
     html = render(page(replace(run, retimed=retimed(run))))
     elements = Elements(html)
     assert ("section", "retimed") in [(tag, attributes.get("id")) for tag, attributes in elements.tags]
-    assert "#retimed" in [attributes.get("href") for tag, attributes in elements.tags if tag == "a"]
+    assert "#/retimed" in [attributes.get("href") for tag, attributes in elements.tags if tag == "a"]
     text = elements.text
     # pd: median 3, four calls of which two (and both first ones) are longer than 3 ms; 3 / 1.1 of fabrics' median.
     for expected in ("3.00", "4 of 6", "period 3 ms", "at most 7.00", "1 with other actions", "2.73 x", "fastest"):
@@ -38,4 +38,4 @@ def test_a_row_per_planner_and_the_floor(run: ReportData) -> None:
 
 def test_no_section_without_measurement(html: str) -> None:
     assert 'id="retimed"' not in html
-    assert "#retimed" not in html
+    assert "#/retimed" not in html

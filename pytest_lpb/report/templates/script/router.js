@@ -16,6 +16,7 @@ async function route() {
     if (link.getAttribute("href") === "#/" + seen || (seen === "trial" && link.getAttribute("href") === "#/trials")) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   });
+  if (!views[name]) all(".view.shown table.sortable").forEach((table) => restoreOrder(table, params));
   const special = await views[name]?.(rest, params);
   if (location.hash.split("?")[0] !== here.split("?")[0]) return; // the reader went on meanwhile
   const heading = document.querySelector(".view.shown h2")?.textContent.trim();

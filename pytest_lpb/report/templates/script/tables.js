@@ -47,11 +47,16 @@ function label(table) {
   all("tbody .num", table).forEach((cell) => { cell.dataset.label = heads[cell.cellIndex]; });
 }
 
-// What the address says of a table: ?sort=-seed&scenario=...; other fields are as the page made them.
-function restore(table, params) {
+// What the address says of a table's order: ?sort=-seed
+function restoreOrder(table, params) {
   const wanted = params.get("sort") || "";
   const column = all("thead th", table).findIndex((head) => headText(head) === wanted.replace(/^-/, ""));
   if (wanted && column >= 0) sort(table, column, wanted.startsWith("-"));
+}
+
+// And of what is filtered: &scenario=...; other fields are as the page made them.
+function restore(table, params) {
+  restoreOrder(table, params);
   fieldsOf(table).forEach((field) => {
     const given = params.get(field.dataset.column);
     const known = field.tagName !== "SELECT" || [...field.options].some((option) => option.value === given);
