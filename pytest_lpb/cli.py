@@ -14,17 +14,22 @@ from pytest_lpb.errors import LpbError
 EXIT_WARNINGS = 1
 EXIT_USAGE = 4
 DEFAULT_PASSES, MOST_PASSES = 5, 1000  # of --retime
+INCONCLUSIVE = ("pass", "fail")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run `lpb-report`. Returns 0; 1 when a KPI raised or a trial file is unreadable; 4 for wrong arguments."""
+    """Run `lpb-report`.
+
+    Returns:
+        0; 1: the gate is closed, a KPI raised or a trial file is unreadable; 4: wrong arguments.
+    """
     options = _parser().parse_args(arguments)
     try:
         _check(options)
         # Imported here: `--help` and wrong arguments need no pandas.
         from pytest_lpb.report.command import report_again
 
-        warnings = report_again(options)
+        warnings, closed = report_again(options)
     except LpbError as error:
         print(f"lpb-report: error: {error}", file=sys.stderr)
         return EXIT_USAGE
@@ -37,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_USAGE
     for warning in warnings:
         print(f"lpb-report: warning: {warning}", file=sys.stderr)
-    return EXIT_WARNINGS if warnings else 0
+    return EXIT_WARNINGS if warnings or closed else 0
 
 
 class _Parser(argparse.ArgumentParser):
@@ -64,6 +69,13 @@ def _parser() -> argparse.ArgumentParser:
         "--retime", type=int, metavar="N", nargs="?", const=DEFAULT_PASSES, help="time all calls again, in N passes"
     )
     parser.add_argument("--output", type=Path, metavar="DIR", help="where to write (default: the run folder)")
+    parser.add_argument("--save-baseline", type=Path, metavar="FILE", help="write a baseline file for the gate")
+    parser.add_argument("--baseline", metavar="RUN_OR_FILE", help="regression gate: this run, file or planner:NAME")
+    parser.add_argument("--fail-on", type=_names, metavar="KPI:MARGIN,..", help="losses that close the gate")
+    parser.add_argument("--inconclusive", choices=INCONCLUSIVE, default="pass", help="when the gate cannot tell")
+    parser.add_argument(
+        "--markdown", type=Path, nargs="?", const=Path("-"), metavar="FILE", help="summary for a pull request"
+    )
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE", help="module or file with KPIs")
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
     return parser
@@ -87,6 +99,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.trial and (compared or options.planners or options.scenarios):
         raise LpbError("--trial shows one trial; leave --planners, --scenarios and --compare out")
     _check_retime(options)
+    _check_gate(options)
     _check_video(options)
 
 
@@ -100,6 +113,16 @@ def _check_retime(options: argparse.Namespace) -> None:
         )
     if options.trial:
         raise LpbError("--retime times all trials of a selection; choose with --planners and --scenarios, not --trial")
+
+
+def _check_gate(options: argparse.Namespace) -> None:
+    """Raise LpbError for options of the gate that gate nothing."""
+    if options.fail_on is not None and options.baseline is None:
+        raise LpbError("--fail-on: nothing to compare with; add --baseline=RUN_OR_FILE, or planner:NAME")
+    unasked: dict[str, object] = {"baseline": None, "save_baseline": None, "markdown": None}
+    others = [f"--{name.replace('_', '-')}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
+    if options.trial and others:
+        raise LpbError(f"--trial shows one trial; leave {' and '.join(others)} out")
 
 
 def _check_video(options: argparse.Namespace) -> None:

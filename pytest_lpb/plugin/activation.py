@@ -16,6 +16,7 @@ from pytest_lpb.kpis.registry import default_registry, load_builtin
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
 from pytest_lpb.plugin.expectation import check_known_failures
+from pytest_lpb.plugin.gating import checked_gate, gate_options, restore_gate
 from pytest_lpb.plugin.options import PARTS, chosen_planners, split_names
 from pytest_lpb.plugin.session import SESSION, WORKER_ROOT, WORKER_RUN, LpbSession, Source
 from pytest_lpb.plugin.sources import as_arguments, restore, run_folder_of, study_of, take_problems, typed_options
@@ -84,15 +85,21 @@ def _session(config: pytest.Config) -> LpbSession:
     for planner in planners:
         check_known_failures(planner)
     reports = _reports_folder(config)
+    kpis = _kpis(config)
+    planners = planners if study is None else study.planners(planners)
+    gate, checked = None, None
+    if not is_worker(config):
+        gate = gate_options(config, _ini_folder(config))
+        checked = checked_gate(gate, config.invocation_params.dir, [planner.name for planner in planners], kpis)
     session = LpbSession(
-        planners=planners if study is None else study.planners(planners),
+        planners=planners,
         references=_shown_references(resolved, config.invocation_params.dir),
         flags=tuple(part for part in PARTS if config.getoption(f"lpb_random_{part}")),
         first_seed=config.getoption("lpb_seed"),
         trials=config.getoption("lpb_trials"),
         assertion=config.getoption("lpb_assert") or "trial",
         render=config.getoption("lpb_render"),
-        kpis=_kpis(config),
+        kpis=kpis,
         modules=modules,
         reports=reports,
         run=_run_path(config, reports, resumed),
@@ -101,6 +108,8 @@ def _session(config: pytest.Config) -> LpbSession:
         workers=_workers(config),
         options=typed,
         planned=None if resumed is None else trials_of(resumed.info()["planned"]),
+        gate=gate,
+        checked_gate=checked,
     )
     return replace(session, source=_source(session, study, problems, typed))
 
@@ -112,6 +121,7 @@ def _resumed(config: pytest.Config) -> RunFolder | None:
         return None
     run = run_folder_of(config, "resume", value)
     restore(config, run)
+    restore_gate(config, run)
     return run
 
 

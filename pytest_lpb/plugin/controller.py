@@ -25,6 +25,8 @@ from pytest_lpb.run.provenance import run_information
 if TYPE_CHECKING:
     from pytest_lpb.plugin.rates import RateVerdict
     from pytest_lpb.report.data import ReportData
+    from pytest_lpb.run.evaluation import Evaluation
+    from pytest_lpb.run.gate import GateResult
 
 
 class ControllerPlugin:
@@ -36,6 +38,7 @@ class ControllerPlugin:
         self._folder: RunFolder | None = None
         self._data: ReportData | None = None
         self._rates: list[RateVerdict] = []
+        self._gate: GateResult | None = None
         self._faults: list[str] = []
         self._progress: Progress | None = None
         self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
@@ -60,7 +63,7 @@ class ControllerPlugin:
             return
         session = self._session
         trials = {trial for node_id in node_ids if (trial := session.trial_of(node_id)) is not None}
-        options = {
+        options: dict[str, Any] = {
             "seeds": {"first": session.first_seed, "trials": session.trials},
             "random": list(session.flags),
             "assert": session.assertion,
@@ -74,6 +77,8 @@ class ControllerPlugin:
             "planned": planned(trials),
             **({"swept": session.source.swept} if session.source is not None and session.source.swept else {}),
         }
+        if session.gate is not None:
+            options["gate"] = session.gate.recorded
         command = ["pytest", *map(str, self._config.invocation_params.args)]
         families = session.families(node_ids)
         information = run_information(command, session.planners, families, options, session.invocation)
@@ -145,6 +150,7 @@ class ControllerPlugin:
                 self._faults = list(evaluation.warnings)
                 if self._session.assertion == "rate":
                     self._rates = judge_rates(evaluation.trials, folder)
+                self._judge(evaluation)
                 self._data = write_tables(evaluation, folder.path)
                 write_report(folder.path / REPORT_FILE, self._data)
             except (LpbError, OSError) as error:
@@ -152,9 +158,20 @@ class ControllerPlugin:
             except Exception as error:
                 # Trials have run for hours perhaps: what goes wrong in a picture is told, and costs no more than it.
                 self._faults.append(f"the report is incomplete: {in_one_line(error)}")
-        bad = self._faults or any(not verdict.met for verdict in self._rates)
+        closed = self._gate is not None and self._gate.closed
+        bad = self._faults or closed or any(not verdict.met for verdict in self._rates)
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _judge(self, evaluation: Evaluation) -> None:
+        """Compare the run with its baseline. A gate that cannot be judged is a fault: it must not stand open."""
+        if self._session.checked_gate is None:
+            return
+        try:
+            gate = self._session.checked_gate.gate()
+            self._gate = gate.judge(evaluation.trials, evaluation.run.info()["machine"])
+        except (LpbError, OSError) as error:
+            self._faults.append(f"the gate cannot be judged: {error}")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter, exitstatus: int) -> None:
         """Print the table of planners, what failed, and where the report is."""
@@ -171,6 +188,7 @@ class ControllerPlugin:
             terminalreporter,
             self._data,
             self._rates,
+            self._gate,
             self._faults,
             self._shown_folder(),
             self._known,

@@ -36,11 +36,25 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
     group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
     group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
+    _add_gate_options(group, parser)
     parser.addini("lpb_planners", "planners to run (as --lpb-planners)", type="args", default=[])
     parser.addini("lpb_planners_dir", "folder of planner configurations", type="string", default="")
     parser.addini("lpb_scenarios", "globs of scenario files below the rootdir", type="args", default=DEFAULT_GLOBS)
     parser.addini("lpb_reports", "parent of run folders", type="string", default="")
     parser.addini("lpb_plugins", "modules with KPIs and plots of your own", type="args", default=[])
+
+
+def _add_gate_options(group: pytest.OptionGroup, parser: pytest.Parser) -> None:
+    group.addoption(
+        "--lpb-baseline", metavar="RUN_OR_FILE", help="regression gate: compare with this run, file or planner:NAME"
+    )
+    group.addoption("--lpb-fail-on", metavar="KPI:MARGIN,..", help="losses that close the gate (default: success:5%%)")
+    group.addoption(
+        "--lpb-inconclusive", choices=("pass", "fail"), help="what the gate does when it cannot tell (default: pass)"
+    )
+    parser.addini("lpb_baseline", "regression gate (as --lpb-baseline)", type="string", default="")
+    parser.addini("lpb_fail_on", "losses that close the gate (as --lpb-fail-on)", type="args", default=[])
+    parser.addini("lpb_inconclusive", "what the gate does when it cannot tell", type="string", default="")
 
 
 def split_names(text: str | list[str]) -> list[str]:

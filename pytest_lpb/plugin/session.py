@@ -9,13 +9,16 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.study.family import Family, FileFamily
+
+if TYPE_CHECKING:
+    from pytest_lpb.run.gate_options import CheckedGate, GateOptions
 
 WORKER_RUN = "lpb_run_folder"  # keys of xdist's workerinput
 WORKER_ROOT = "lpb_rootdir"
@@ -61,6 +64,8 @@ class LpbSession:
     options: Mapping[str, Any]  # of sources.RECORDED, as they were given
     source: Source | None = None  # None: scenario files
     planned: frozenset[TrialKey] | None = None  # trials of the run that is finished now; None: a new run
+    gate: GateOptions | None = None  # as it was asked for; checked in the controlling process
+    checked_gate: CheckedGate | None = None
 
     def seeds(self, family: Family) -> Sequence[int]:
         """Seeds of a scenario's trials."""

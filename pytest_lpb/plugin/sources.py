@@ -113,6 +113,10 @@ def study_of(config: pytest.Config) -> Study | None:
     _default(option, "lpb_planners", ",".join(study.references()))
     _default(option, "lpb_trials", content.trials)
     _default(option, "lpb_seed", content.seed)
+    if option.lpb_baseline is None and content.gate is not None:
+        option.lpb_baseline = study.baseline()
+        _default(option, "lpb_fail_on", content.gate.fail_on)
+        _default(option, "lpb_inconclusive", content.gate.inconclusive)
     _default(option, "lpb_kpis", None if content.kpis is None else ",".join(content.kpis))
     # A study measures: what planners do not solve is its result, not its failure.
     _default(option, "lpb_assert", content.verdict or "none")

@@ -11,7 +11,9 @@ import pytest
 from pytest_lpb.plugin.rates import RateVerdict
 from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.gate_text import conclusion, gate_lines
 from pytest_lpb.report.text import planner_table
+from pytest_lpb.run.gate import GateResult
 
 TrialKey = tuple[str, str, int]  # scenario, planner, seed
 MAX_FAILURES = 40  # lines of failed trials; the report has them all
@@ -21,6 +23,7 @@ def write_summary(
     reporter: pytest.TerminalReporter,
     data: ReportData | None,
     rates: Sequence[RateVerdict],
+    gate: GateResult | None,
     faults: Sequence[str],
     folder: Path,
     known: Collection[TrialKey],
@@ -32,6 +35,7 @@ def write_summary(
         reporter: pytest's terminal reporter.
         data: tables; None when there are none.
         rates: verdicts of `--lpb-assert=rate`.
+        gate: verdicts of the regression gate; None without a baseline.
         faults: what went wrong besides.
         folder: the run folder.
         known: trials that failed as expected; they are counted, not listed.
@@ -50,6 +54,11 @@ def write_summary(
             reporter.write_line(line)
     for verdict in rates:
         reporter.write_line(f"{'met' if verdict.met else 'FAILED'}: {verdict.text}", red=not verdict.met)
+    if gate is not None:
+        reporter.write_line("")
+        for line in gate_lines(gate):
+            reporter.write_line(line)
+        reporter.write_line(conclusion(gate), red=gate.closed, yellow=not gate.sure, bold=True)
     for fault in faults:
         reporter.write_line(f"warning: {fault}", yellow=True)
     if (folder / REPORT_FILE).is_file():

@@ -8,6 +8,7 @@ from collections.abc import Generator
 import pytest
 
 from pytest_lpb.plugin.items import TrialItem
+from pytest_lpb.plugin.junit import add_properties
 
 REPORT_ATTRIBUTE = "lpb"  # one JSON string: it crosses xdist and leaves junit files as they are
 
@@ -32,5 +33,7 @@ class WorkerPlugin:
                 "message": metadata["message"],
             }
             setattr(report, REPORT_ATTRIBUTE, json.dumps(result))
+            if getattr(item.config.option, "xmlpath", None):
+                add_properties(item, item.trajectory)
             item.trajectory = None
         return report

@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 
+from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.gate_text import conclusion, gate_lines
+from pytest_lpb.report.markdown import markdown_summary
 from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
 from pytest_lpb.retime.result import RETIMED_FILE
 from pytest_lpb.retime.text import retimed_table
+from pytest_lpb.run.baseline_file import save_baseline, saved_kpis
 from pytest_lpb.run.evaluation import Evaluation, Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.gate import GateResult
+from pytest_lpb.run.gate_options import GateOptions
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
 
+STANDARD_OUTPUT = Path("-")
 SELECTED = "selected"  # folder for the tables of some of a run's trials
 
 
-def report_again(options: argparse.Namespace) -> list[str]:
-    """Evaluate a run as the options of `lpb-report` say; returns warnings. Raises LpbError and OSError."""
+def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
+    """Evaluate a run as the options of `lpb-report` say. Raises LpbError and OSError.
+
+    Returns:
+        Warnings, and whether a regression gate is closed.
+    """
     run = RunFolder.open(_run_path(options.run))
     if options.video is not None:
         _write_video(run, options)
-        return []
+        return [], False
     warnings = _load_kpis(run, options.plugin)
     kpis = options.kpis if options.kpis is not None else run.info().get("kpis")
     evaluation = evaluate(run, kpis)
@@ -32,18 +45,50 @@ def report_again(options: argparse.Namespace) -> list[str]:
         shown = evaluation.selected(Selection(node_id=options.trial))
         print("\n".join(trial_lines(shown)))
         folder = options.output or run.path / SELECTED
-        return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)]
+        return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)], False
+    judged = _judge(evaluation, options)
+    shown = _selected(evaluation, options)
+    folder = options.output or (run.path if shown is evaluation and options.kpis is None else run.path / SELECTED)
+    if options.save_baseline is not None:
+        save_baseline(shown, options.save_baseline, saved_kpis(shown, options.kpis))
+    # With Markdown on the standard output, everything else goes where it is no part of it.
+    with redirect_stdout(sys.stderr if options.markdown == STANDARD_OUTPUT else sys.stdout):
+        warnings += _retime(run, shown, options, folder)
+        data = write_results(shown, folder, options.compare and tuple(options.compare))
+        _print(data, judged, options)
+        failures = _plot(data, options, folder)
+        print(f"report: {folder / REPORT_FILE}")
+    if options.markdown is not None:
+        _write_markdown(options.markdown, markdown_summary(data, judged))
+    return [*warnings, *data.warnings, *failures], judged is not None and judged.closed
+
+
+def _selected(evaluation: Evaluation, options: argparse.Namespace) -> Evaluation:
     planners = options.planners or options.compare
-    selection = Selection(planners=planners, scenarios=options.scenarios)
-    whole = planners is None and options.scenarios is None
-    folder = options.output or (run.path if whole and options.kpis is None else run.path / SELECTED)
-    shown = evaluation if whole else evaluation.selected(selection)
-    warnings += _retime(run, shown, options, folder)
-    data = write_results(shown, folder, options.compare and tuple(options.compare))
-    _print(data, compare=options.compare is not None, retimed=options.retime is not None)
-    failures = _plot(data, options, folder)
-    print(f"report: {folder / REPORT_FILE}")
-    return [*warnings, *data.warnings, *failures]
+    if planners is None and options.scenarios is None:
+        return evaluation
+    return evaluation.selected(Selection(planners=planners, scenarios=options.scenarios))
+
+
+def _judge(evaluation: Evaluation, options: argparse.Namespace) -> GateResult | None:
+    """Verdicts of the regression gate; None without a baseline. Planners that are not selected may be the baseline."""
+    if options.baseline is None:
+        return None
+    machine = evaluation.run.info().get("machine") or {}
+    asked = GateOptions(options.baseline, options.fail_on, options.inconclusive, "--")
+    planners = sorted(evaluation.trials["planner"].unique().tolist())
+    gate = asked.gate(Path(), planners, evaluation.kpis).gate()
+    scenarios = evaluation.selected(Selection(scenarios=options.scenarios)).trials
+    result = gate.judge(scenarios, machine)
+    return result if options.planners is None else result.of(options.planners)
+
+
+def _write_markdown(path: Path, text: str) -> None:
+    if path == STANDARD_OUTPUT:
+        print(text, end="")
+        return
+    replace_file(path, text.encode())
+    print(f"markdown: {path}")
 
 
 def _run_path(path: Path) -> Path:
@@ -80,12 +125,16 @@ def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, fold
     return list(retime(run, shown.trials, options.retime, folder / RETIMED_FILE).warnings)
 
 
-def _print(data: ReportData, *, compare: bool, retimed: bool) -> None:
+def _print(data: ReportData, judged: GateResult | None, options: argparse.Namespace) -> None:
     print("\n".join(planner_table(data)))
-    if retimed and data.retimed is not None:
+    if options.retime is not None and data.retimed is not None:
         print("\n".join(["", *retimed_table(data.retimed)]))
-    if compare:
+    if options.compare is not None:
         print("\n".join(["", *comparison_table(data)]))
+    if judged is not None:
+        print("\n".join(["", *gate_lines(judged), conclusion(judged)]))
+    if options.save_baseline is not None:
+        print(f"baseline: {options.save_baseline}")
 
 
 def _plot(data: ReportData, options: argparse.Namespace, folder: Path) -> list[str]:

@@ -26,16 +26,32 @@ COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p9
 
 def planner_table(data: ReportData) -> Iterator[str]:
     """One line per planner: trials, success rate with interval, median time to goal, solver time; then what to know."""
-    overall = data.summary[data.summary["scenario"] == "all"]
-    contended = bool(len(data.trials)) and bool(data.trials["timing_contended"].astype(bool).any())
-    heads = [f"{head}{'*' if contended and '[ms]' in head else ''}" for head in HEADS]
-    rows = [heads, *(_cells(row) for _, row in overall.iterrows())]
-    yield from aligned(rows)
-    if contended:
+    yield from aligned(planner_rows(data))
+    yield from planner_notes(data)
+
+
+def planner_rows(data: ReportData) -> list[Sequence[str]]:
+    """The table's cells, headings first."""
+    heads = [f"{head}{'*' if _contended(data) and '[ms]' in head else ''}" for head in HEADS]
+    return [heads, *(_cells(row) for _, row in _overall(data).iterrows())]
+
+
+def planner_notes(data: ReportData) -> Iterator[str]:
+    """What to know of the table's figures."""
+    if _contended(data):
         yield "* timing was contended (other work ran on the same cores): no basis for comparisons"
+    overall = _overall(data)
     repeated = overall[overall["problems"] < overall["trials"]]
     if len(repeated):
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
+
+
+def _overall(data: ReportData) -> pd.DataFrame:
+    return data.summary[data.summary["scenario"] == "all"]
+
+
+def _contended(data: ReportData) -> bool:
+    return bool(len(data.trials)) and bool(data.trials["timing_contended"].astype(bool).any())
 
 
 def _cells(row: pd.Series[Any]) -> tuple[str, ...]:

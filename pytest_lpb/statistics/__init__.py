@@ -2,6 +2,7 @@
 
 from pytest_lpb.statistics.bootstrap import bootstrap_means, bootstrap_medians, percentile_interval
 from pytest_lpb.statistics.intervals import effective_size, newcombe_paired_interval, wilson_interval
+from pytest_lpb.statistics.loss import decided, deciding_pairs, loss_of_means, loss_of_rates
 from pytest_lpb.statistics.multiple import holm
 from pytest_lpb.statistics.paired import (
     discordant_counts,
@@ -15,10 +16,14 @@ from pytest_lpb.statistics.paired import (
 __all__ = [
     "bootstrap_means",
     "bootstrap_medians",
+    "decided",
+    "deciding_pairs",
     "discordant_counts",
     "effective_size",
     "holm",
     "improvement_probability",
+    "loss_of_means",
+    "loss_of_rates",
     "mcnemar_p",
     "newcombe_paired_interval",
     "paired_difference",

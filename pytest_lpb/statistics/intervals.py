@@ -1,7 +1,10 @@
 """Confidence intervals of success rates and of the difference of two paired success rates."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,11 +54,50 @@ def effective_size(sizes: Sequence[float]) -> float:
     return len(sizes) ** 2 / math.fsum(1 / size for size in sizes)
 
 
+@dataclass(frozen=True)
+class PairedRates:
+    """Two success rates on the same problems, and how far they go together."""
+
+    pairs: int
+    rate_a: float
+    rate_b: float
+    covariance: float
+    spread: float  # product of both standard deviations
+
+    @classmethod
+    def of(cls, a: ArrayLike, b: ArrayLike) -> PairedRates:
+        """Rates of a and b, (n,) each, n >= 1: 0 or 1 for each problem, or between for averaged repeats; no NaN."""
+        x, y = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+        covariance = float(np.mean((x - x.mean()) * (y - y.mean())))
+        return cls(len(x), float(x.mean()), float(y.mean()), covariance, float(x.std() * y.std()))
+
+    def interval(self, confidence: float = 0.95, pairs: int | None = None) -> tuple[float, float]:
+        """Newcombe's interval of rate_b - rate_a; with `pairs`, as it would be with so many like these.
+
+        Wilson's intervals of both rates are combined by "square and add" with the correlation of the pairs: the
+        interval never has zero width, as a bootstrap of few discordant pairs can have.
+        """
+        n = self.pairs if pairs is None else pairs
+        low_a, high_a = wilson_interval(self.rate_a * n, n, confidence)
+        low_b, high_b = wilson_interval(self.rate_b * n, n, confidence)
+        phi = self._correlation(n)
+        difference = self.rate_b - self.rate_a
+        below = _square_and_add(self.rate_b - low_b, high_a - self.rate_a, phi)
+        above = _square_and_add(high_b - self.rate_b, self.rate_a - low_a, phi)
+        return max(-1.0, difference - below), min(1.0, difference + above)
+
+    def _correlation(self, n: int) -> float:
+        """Phi of the pairs, positive ones corrected for continuity; 0 when a rate is 0 or 1."""
+        if self.spread == 0:
+            return 0.0
+        covariance = self.covariance
+        if covariance > 0:
+            covariance = max(covariance - 1 / (2 * n), 0.0)
+        return covariance / self.spread
+
+
 def newcombe_paired_interval(a: ArrayLike, b: ArrayLike, confidence: float = 0.95) -> tuple[float, float]:
     """Interval of the difference of two paired success rates, mean(b) - mean(a) (Newcombe 1998, method 10).
-
-    Wilson's intervals of both rates are combined by "square and add" with the correlation of the pairs: the
-    interval never has zero width, as a bootstrap of few discordant pairs can have.
 
     Args:
         a: success of planner a on each problem, (n,), 0 or 1, or between for averaged repeats; no NaN.
@@ -65,30 +107,9 @@ def newcombe_paired_interval(a: ArrayLike, b: ArrayLike, confidence: float = 0.9
     Returns:
         The lower and upper end, within [-1, 1]; both NaN without pairs.
     """
-    x, y = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    n = len(x)
-    if n == 0:
+    if len(np.asarray(a)) == 0:
         return math.nan, math.nan
-    rate_a, rate_b = float(x.mean()), float(y.mean())
-    low_a, high_a = wilson_interval(rate_a * n, n, confidence)
-    low_b, high_b = wilson_interval(rate_b * n, n, confidence)
-    phi = _newcombe_correlation(x, y)
-    difference = rate_b - rate_a
-    below = _square_and_add(rate_b - low_b, high_a - rate_a, phi)
-    above = _square_and_add(high_b - rate_b, rate_a - low_a, phi)
-    return max(-1.0, difference - below), min(1.0, difference + above)
-
-
-def _newcombe_correlation(x: np.ndarray, y: np.ndarray) -> float:
-    """Phi of the pairs, positive ones corrected for continuity; 0 when a rate is 0 or 1."""
-    n = len(x)
-    spread = float(x.std() * y.std())
-    if spread == 0:
-        return 0.0
-    covariance = float(np.mean((x - x.mean()) * (y - y.mean())))
-    if covariance > 0:
-        covariance = max(covariance - 1 / (2 * n), 0.0)
-    return covariance / spread
+    return PairedRates.of(a, b).interval(confidence)
 
 
 def _square_and_add(first: float, second: float, phi: float) -> float:

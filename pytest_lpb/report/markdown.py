@@ -1,0 +1,148 @@
+"""A summary of a run in Markdown that fits the comment of a pull request."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.gate_text import (
+    HEADS,
+    change_texts,
+    conclusion,
+    doubt,
+    left_out_lines,
+    subject,
+    verdict_cells,
+)
+from pytest_lpb.report.text import planner_notes, planner_rows
+from pytest_lpb.run.gate import INCONCLUSIVE, REGRESSED, GateResult, GateVerdict
+
+MAX_BYTES = 60_000  # GitHub takes comments of 65,536 characters
+MAX_CHANGES = 10
+MAX_COMPARISONS = 40
+MAX_FAILURES = 20
+MAX_MESSAGE = 160  # characters of a failed trial's message
+SIGNS = {REGRESSED: "❌", INCONCLUSIVE: "❔"}
+
+
+def markdown_summary(data: ReportData, gate: GateResult | None = None) -> str:
+    """Planners, the gate's verdicts, clear comparisons and failed trials; what does not fit is left out, and told."""
+    parts = [_title(data), _planners(data)]
+    if gate is not None:
+        parts.append(_gate(gate))
+    parts += [_comparisons(data), _failures(data)]
+    text = ""
+    for part in filter(None, ("\n".join(lines) for lines in parts)):
+        if len((text + part).encode()) > MAX_BYTES:
+            return text + "More would not fit; the report has it all.\n"
+        text += f"{part}\n\n"
+    return text.rstrip("\n") + "\n"
+
+
+def _title(data: ReportData) -> Iterator[str]:
+    counts = (
+        _count(data.trials["planner"].nunique(), "planner"),
+        _count(data.trials["scenario"].nunique(), "scenario"),
+        _count(len(data.trials), "trial"),
+    )
+    yield f"### Local planner benchmark: {', '.join(counts)}"
+
+
+def _planners(data: ReportData) -> Iterator[str]:
+    yield from _table(planner_rows(data))
+    yield from ("", *planner_notes(data))
+
+
+def _gate(gate: GateResult) -> Iterator[str]:
+    yield f"**{conclusion(gate)}** (baseline: {_cell(gate.baseline)})"
+    yield ""
+    rows = [[*cells[:-1], f"{SIGNS.get(cells[-1], '✅')} {cells[-1]}"] for cells in map(verdict_cells, gate.verdicts)]
+    yield from _table([HEADS, *rows])
+    yield ""
+    notes = [f"{subject(entry)}: {doubt(entry)}" for entry in gate.verdicts if entry.verdict == INCONCLUSIVE]
+    yield from (f"- {_cell(note)}" for note in [*notes, *left_out_lines(gate)])
+    for verdict in gate.verdicts:
+        if verdict.verdict == REGRESSED:
+            yield from _changes(verdict)
+
+
+def _changes(verdict: GateVerdict) -> Iterator[str]:
+    shown = verdict.changes[:MAX_CHANGES]
+    more = f", the worst {len(shown)} of them" if len(verdict.changes) > len(shown) else ""
+    rows = [(change.scenario, str(change.seed), *change_texts(verdict.margin, change)) for change in shown]
+    repeat = ("", "```", *(change.command for change in shown[:1]), "```") if shown else ()
+    summary = f"{_cell(subject(verdict))}: worse on {len(verdict.changes)} of {verdict.problems} problems{more}"
+    yield from _details(summary, [*_table([("scenario", "seed", "baseline", "now"), *rows]), *repeat])
+
+
+def _comparisons(data: ReportData) -> Iterator[str]:
+    """Comparisons over all scenarios with a clear verdict."""
+    frame = data.comparisons
+    clear = frame[(frame["scenario"] == "all") & frame["verdict"].isin(["better", "worse"])]
+    if clear.empty:
+        return
+    rows = [
+        (
+            f"{row['planner_b']} is {row['verdict']} than {row['planner_a']}",
+            str(row["kpi"]),
+            str(row["pairs"]),
+            *(f"{row[name]:.3g}" for name in ("median_a", "median_b", "difference_low", "difference_high")),
+        )
+        for row in clear.head(MAX_COMPARISONS).to_dict("records")
+    ]
+    heads = ("b, a", "kpi", "pairs", "median a", "median b", "b − a, from", "to")
+    lines = list(_table([heads, *rows]))
+    if len(clear) > MAX_COMPARISONS:
+        lines.append(f"\n{len(clear) - MAX_COMPARISONS} more are in comparisons.csv.")
+    yield from _details(f"{_count(len(clear), 'clear difference')} between planners", lines)
+
+
+def _failures(data: ReportData) -> Iterator[str]:
+    failed = data.trials[~data.trials["success"].astype(bool)]
+    if failed.empty:
+        return
+    rows = [
+        (str(row["node_id"]), _outcome(row), _shortened(str(row["message"])))
+        for row in failed.head(MAX_FAILURES).to_dict("records")
+    ]
+    lines = list(_table([("trial", "outcome", "what happened"), *rows]))
+    if len(failed) > MAX_FAILURES:
+        lines.append(f"\n{len(failed) - MAX_FAILURES} more are in trials.csv.")
+    yield from _details(f"{_count(len(failed), 'trial')} without success", lines)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _outcome(row: Mapping[Any, Any]) -> str:
+    return "criteria_failed" if row["failed_criteria"] else str(row["outcome"])
+
+
+def _details(summary: str, lines: Sequence[str]) -> Iterator[str]:
+    yield from (f"<details><summary>{summary}</summary>", "", *lines, "", "</details>")
+
+
+def _table(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    head, *body = rows
+    yield _row(head)
+    yield "|---" * len(head) + "|"
+    yield from map(_row, body)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(map(_cell, cells))} |"
+
+
+def _cell(text: str) -> str:
+    """Text that means itself: no table cell ends, no tag begins, no markup starts in it."""
+    plain = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;")
+    for character in "\\|`*_[]":
+        plain = plain.replace(character, f"\\{character}")
+    return plain
+
+
+def _shortened(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= MAX_MESSAGE else f"{line[: MAX_MESSAGE - 1]}…"
