@@ -15,9 +15,10 @@ from pytest_lpb.scenario.draw import check_feasible, draw_problem
 from pytest_lpb.scenario.feasibility import is_free
 from pytest_lpb.scenario.load import Scenario, load_scenario
 from pytest_lpb.shipped import shipped_folder
+from pytest_lpb.study.recognition import is_study
 
 FOLDER = shipped_folder("scenarios")
-PATHS = sorted(FOLDER.rglob("*.yaml"))
+PATHS = sorted(path for path in FOLDER.rglob("*.yaml") if not is_study(path))
 MODELS = {"point": "point", "planar_arm": "arm", "differential_drive": "differential_drive"}
 SPATIAL_MODELS = {
     "point_3d": "point",

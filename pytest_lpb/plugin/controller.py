@@ -18,6 +18,7 @@ from pytest_lpb.plugin.sources import check_unchanged
 from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
 from pytest_lpb.report.plots import default_registry as plots
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.inputs import write_planner_files
 from pytest_lpb.run.plan import planned
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
@@ -85,6 +86,7 @@ class ControllerPlugin:
         try:
             if session.planned is None:
                 self._folder = RunFolder.create(session.run, information)
+                write_planner_files(session.run, session.planners)
             else:
                 self._folder = RunFolder.open(session.run)
                 check_unchanged(self._folder.info(), information)

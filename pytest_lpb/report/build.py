@@ -11,6 +11,7 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import write_report
 from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
 from pytest_lpb.run.evaluation import Evaluation
+from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
@@ -37,14 +38,15 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
         trajectory_of=evaluation.trajectory_of,
         warnings=[*evaluation.warnings, *faults],
         retimed=retimed,
-        title=evaluation.run.path.name,
+        title=evaluation.run.name,
     )
 
 
 def _retimed(evaluation: Evaluation, folder: Path | None) -> tuple[Retimed | None, list[str]]:
     """Calls of these trials timed again, if they were; a warning where the file cannot be read."""
     keys = set(zip(evaluation.trials["scenario"], evaluation.trials["planner"], strict=True))
-    for place in (folder or evaluation.run.path, evaluation.run.path):
+    own = [evaluation.run.path] if isinstance(evaluation.run, RunFolder) else []
+    for place in [*([] if folder is None else [folder]), *own]:
         try:
             retimed = read_retimed(place / RETIMED_FILE)
         except RecordingError as error:

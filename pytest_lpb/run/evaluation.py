@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import pandas as pd
 
@@ -38,7 +38,7 @@ TRIAL_COLUMNS = (
 COMPUTED = ("steps", "timing_contended")
 RECORDED = (*(name for name in TRIAL_COLUMNS if name not in COMPUTED), "message", "command")
 # What tables and reports need besides; not part of trials.csv.
-HIDDEN_COLUMNS = ("duration_s", "control", "message", "command")
+HIDDEN_COLUMNS = ("duration_s", "control", "message", "command", "file")
 
 
 @dataclass(frozen=True)
@@ -70,17 +70,29 @@ class Selection:
                     )
 
 
+class RunSource(Protocol):
+    """What trials are from: a run folder, or several."""
+
+    @property
+    def name(self) -> str:
+        """The run folder's name."""
+
+    def info(self) -> Mapping[str, Any]:
+        """What run.json says."""
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """Trials of a run with their KPIs.
 
     Attributes:
+        run: where they are from.
         trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, then a column per KPI.
         kpis: what was evaluated.
         warnings: KPIs that raised, files that could not be read.
     """
 
-    run: RunFolder
+    run: RunSource
     trials: pd.DataFrame
     kpis: Sequence[Kpi]
     warnings: list[str]
@@ -88,7 +100,7 @@ class Evaluation:
     def trajectory_of(self, node_id: str) -> Trajectory:
         """Raw data of a trial."""
         row = self.trials.loc[self.trials["node_id"] == node_id].iloc[0]
-        return read_trial(trial_path(self.run.path, row["scenario"], row["planner"], int(row["seed"])))
+        return read_trial(Path(row["file"]))
 
     def selected(self, selection: Selection) -> Evaluation:
         """The same for some of the trials. Raises LpbError for names that are not there."""
@@ -113,7 +125,7 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     warnings: list[str] = []
     for path in run.trial_files():
         try:
-            rows.append(_row(_read(run, path), kpis, warnings))
+            rows.append({**_row(_read(run, path), kpis, warnings), "file": str(path)})
         except RecordingError as error:
             # One line each: what Arrow says has several.
             warnings.append(" ".join(str(error).split()))

@@ -46,6 +46,11 @@ class RunFolder:
     def __init__(self, path: Path) -> None:
         self.path = path
 
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return self.path.name
+
     @classmethod
     def create(cls, path: Path, info: dict[str, Any]) -> RunFolder:
         """Make a run folder: run.json first, then `latest`. Raises RecordingError."""

@@ -60,7 +60,7 @@ def run_information(
         "planners": {planner.name: planner.to_dict() for planner in planners},
         "scenarios": {key: family.description() for key, family in families.items()},
         "self_collision_left_out": _left_out(spatial),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": {name: installed_version(name) for name in PACKAGES},
         "machine": machine(),
         "git": git_state(folder),
     }
@@ -118,7 +118,8 @@ def _git(folder: Path, *arguments: str) -> str | None:
     return result.stdout.strip()
 
 
-def _version(package: str) -> str | None:
+def installed_version(package: str) -> str | None:
+    """Version of an installed package; None where it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -181,7 +181,13 @@ def run_without_pytest(folder: Path) -> Path:
     for name, content in files.items():
         (folder / f"{name}.yaml").write_text(content, encoding="utf-8")
     planners = find_planners(["pd", "potential_field"], [])
-    options: dict[str, Any] = {"kpis": None, "plugins": [], "seeds": {"first": None, "trials": 2}, "workers": 1}
+    options: dict[str, Any] = {
+        "kpis": None,
+        "plugins": [],
+        "seeds": {"first": None, "trials": 2},
+        "workers": 1,
+        "invocation": str(folder),
+    }
     information = run_information(
         ["pytest"], planners, {name: FileFamily(name, folder / f"{name}.yaml") for name in files}, options, folder
     )

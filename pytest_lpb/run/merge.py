@@ -1,0 +1,95 @@
+"""Several runs as one, so that their planners are compared."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from pytest_lpb.run.evaluation import Evaluation, RunSource
+
+ENDING = re.compile(r"-([0-9a-f]{6})$")  # of a run folder's name
+
+
+class MergedRun:
+    """What several runs are together: as one run folder, without a place of its own."""
+
+    def __init__(self, name: str, info: Mapping[str, Any]) -> None:
+        self.name = name
+        self._info = info
+
+    def info(self) -> Mapping[str, Any]:
+        """As run.json, with `merged`: the runs."""
+        return self._info
+
+
+def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
+    """Several evaluated runs as one.
+
+    Planners of one name with different parameters or code get the ending of their run's name, such as `mpc.74be96`.
+    A trial that several runs have counts once, as in the first. Timing of different machines counts as contended.
+
+    Args:
+        evaluations: of the same KPIs.
+    """
+    names = _new_names(evaluations)
+    warnings = [warning for evaluation in evaluations for warning in evaluation.warnings]
+    frames = [_renamed(evaluation.trials, names[index]) for index, evaluation in enumerate(evaluations)]
+    trials = pd.concat(frames, ignore_index=True)
+    repeated = trials.duplicated(["scenario", "planner", "seed"])
+    if repeated.any():
+        warnings.append(f"{int(repeated.sum())} trials are in several of the runs; they count once, as in the first")
+    infos = [evaluation.run.info() for evaluation in evaluations]
+    if any(info["machine"] != infos[0]["machine"] for info in infos):
+        trials["timing_contended"] = True
+        warnings.append("the runs were made on different machines: their times do not compare")
+    trials = trials[~repeated].sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
+    first = evaluations[0]
+    return Evaluation(_merged_run(evaluations, names), trials, first.kpis, warnings)
+
+
+def _merged_run(evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, str]]) -> RunSource:
+    infos = [evaluation.run.info() for evaluation in evaluations]
+    runs = [evaluation.run.name for evaluation in evaluations]
+    planners = {
+        renamed[name]: planner
+        for info, renamed in zip(infos, names, strict=True)
+        for name, planner in info["planners"].items()
+    }
+    scenarios = {key: scenario for info in infos for key, scenario in info["scenarios"].items()}
+    info = {**infos[0], "planners": planners, "scenarios": scenarios, "merged": runs}
+    return MergedRun(" + ".join(runs), info)
+
+
+def _new_names(evaluations: Sequence[Evaluation]) -> list[dict[str, str]]:
+    """By run, planner names -> names in the merged run."""
+    versions: dict[str, set[tuple[str, str]]] = defaultdict(set)
+    for evaluation in evaluations:
+        for name, planner in evaluation.run.info()["planners"].items():
+            versions[name].add((planner["parameters_hash"], planner["source_hash"]))
+    return [
+        {
+            name: name if len(versions[name]) == 1 else f"{name}.{_ending(evaluation.run.name)}"
+            for name in evaluation.run.info()["planners"]
+        }
+        for evaluation in evaluations
+    ]
+
+
+def _ending(name: str) -> str:
+    match = ENDING.search(name)
+    return match[1] if match else re.sub(r"[^A-Za-z0-9_.-]", "-", name)
+
+
+def _renamed(trials: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
+    renamed = trials.copy()
+    new = [names.get(planner, planner) for planner in trials["planner"]]
+    parts = [str(node_id).rpartition("::") for node_id in trials["node_id"]]
+    renamed["node_id"] = [
+        f"{above.rpartition('::')[0]}::{planner}::{seed}" for (above, _, seed), planner in zip(parts, new, strict=True)
+    ]
+    renamed["planner"] = new
+    return renamed
