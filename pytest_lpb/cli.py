@@ -56,7 +56,13 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="lpb-report", description=__doc__, allow_abbrev=False)
-    parser.add_argument("run", type=Path, help="run folder, such as reports/latest, or `latest`")
+    parser.add_argument(
+        "runs",
+        type=Path,
+        nargs="+",
+        metavar="RUN",
+        help="run folder, such as reports/latest, or `latest`; several count as one",
+    )
     parser.add_argument("--kpis", type=_names, metavar="A,B", help="KPIs to evaluate (default: the run's own)")
     parser.add_argument("--planners", type=_names, metavar="A,B", help="planners to look at")
     parser.add_argument("--scenarios", type=_names, metavar="A,B", help="scenarios to look at, by their keys")
@@ -75,6 +81,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--inconclusive", choices=INCONCLUSIVE, default="pass", help="when the gate cannot tell")
     parser.add_argument(
         "--markdown", type=Path, nargs="?", const=Path("-"), metavar="FILE", help="summary for a pull request"
+    )
+    parser.add_argument(
+        "--reproduce", action="store_true", help="how to run it again, and what has changed; of two runs, if they agree"
     )
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE", help="module or file with KPIs")
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
@@ -98,9 +107,21 @@ def _check(options: argparse.Namespace) -> None:
         raise LpbError("--compare names a planner that --planners leaves out")
     if options.trial and (compared or options.planners or options.scenarios):
         raise LpbError("--trial shows one trial; leave --planners, --scenarios and --compare out")
+    _check_runs(options)
     _check_retime(options)
     _check_gate(options)
     _check_video(options)
+
+
+def _check_runs(options: argparse.Namespace) -> None:
+    """Raise LpbError for what is about one run, or two, but is asked of others."""
+    if len(options.runs) > 1:
+        single: dict[str, object] = {"video": None, "retime": None}
+        asked = [f"--{name}" for name, nothing in single.items() if getattr(options, name) != nothing]
+        if asked:
+            raise LpbError(f"{asked[0]} is about one run, found {len(options.runs)}")
+    if options.reproduce and len(options.runs) > 2:
+        raise LpbError(f"--reproduce is about one run, or whether two agree; found {len(options.runs)}")
 
 
 def _check_retime(options: argparse.Namespace) -> None:

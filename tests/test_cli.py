@@ -14,7 +14,9 @@ import pytest
 
 from pytest_lpb.cli import main
 from pytest_lpb.kpis.registry import default_registry as kpis
+from pytest_lpb.planner.files import find_planners
 from pytest_lpb.report.plots import default_registry as plots
+from pytest_lpb.run.inputs import write_planner_files
 from pytest_lpb.trial.files import METADATA_KEY
 
 from .plugin.projects import DRAWN, UNSOLVED, Project, read_table
@@ -372,3 +374,46 @@ def test_code_in_a_run_folder_is_not_loaded(run: Path, capsys: pytest.CaptureFix
         assert main([str(run)]) == 1
         assert "'evil' lies in the run folder" in capsys.readouterr().err
     assert not (run / "ran").exists()
+
+
+def test_several_runs_are_one(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copies = [tmp_path / f"20261122T02492{number}Z-{letter * 6}" for number, letter in enumerate("ab")]
+    for copy in copies:
+        shutil.copytree(run, copy)
+    info = json.loads((copies[1] / "run.json").read_text())
+    info["planners"]["pd"]["source_hash"] = "another"
+    (copies[1] / "run.json").write_text(json.dumps(info))
+    main([*map(str, copies), "--kpis=time_to_goal_s"])
+    output = capsys.readouterr().out
+    folder = tmp_path / "merged-aaaaaa-bbbbbb/selected"
+    assert f"report: {folder / 'report.html'}" in output
+    assert "pd.aaaaaa" in output
+    assert "pd.bbbbbb" in (folder / "comparisons.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--video=x.gif", "--trial=x"], "--video is about one run, found 2"),
+        (["--retime"], "--retime is about one run, found 2"),
+    ],
+)
+def test_what_is_about_one_run(run: Path, options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run), str(run), *options]) == 4
+    assert message in capsys.readouterr().err
+
+
+def test_runs_that_can_be_repeated(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy)
+    write_planner_files(copy, find_planners(["pd", "potential_field"], []))
+    assert main([str(copy), "--reproduce"]) == 0
+    output = capsys.readouterr().out
+    assert "run it again from the run folder alone" in output
+    assert "--lpb-problems=" in output
+    assert main([str(copy), str(run), "--reproduce"]) == 0
+    assert f"8 of 8 trials of copy and {run.name} are the same to the last bit" in capsys.readouterr().out
+    (copy / "trials/drawn/pd/seed0.parquet").unlink()
+    assert main([str(copy), str(run), "--reproduce"]) == 1
+    assert f"drawn :: pd :: seed0: only in {run.name}" in capsys.readouterr().out
+    assert main([str(copy), str(run), str(run), "--reproduce"]) == 4

@@ -14,6 +14,7 @@ from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import conclusion, gate_lines
 from pytest_lpb.report.markdown import markdown_summary
+from pytest_lpb.report.reproduce_text import reproduce_lines, sameness_lines
 from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
 from pytest_lpb.retime.result import RETIMED_FILE
 from pytest_lpb.retime.text import retimed_table
@@ -22,7 +23,9 @@ from pytest_lpb.run.evaluation import Evaluation, Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.gate import GateResult
 from pytest_lpb.run.gate_options import GateOptions
+from pytest_lpb.run.merge import ending, merge
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
+from pytest_lpb.run.reproduce import compare_runs, findings
 
 STANDARD_OUTPUT = Path("-")
 SELECTED = "selected"  # folder for the tables of some of a run's trials
@@ -32,23 +35,25 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
     """Evaluate a run as the options of `lpb-report` say. Raises LpbError and OSError.
 
     Returns:
-        Warnings, and whether a regression gate is closed.
+        Warnings, and whether a regression gate is closed, or a run cannot be repeated.
     """
-    run = RunFolder.open(_run_path(options.run))
+    runs = [RunFolder.open(_run_path(path)) for path in options.runs]
+    run = runs[0]
+    if options.reproduce:
+        return [], not _reproduce(runs)
     if options.video is not None:
         _write_video(run, options)
         return [], False
-    warnings = _load_kpis(run, options.plugin)
-    kpis = options.kpis if options.kpis is not None else run.info().get("kpis")
-    evaluation = evaluate(run, kpis)
+    warnings, evaluation = _evaluation(runs, options)
+    home = run.path if len(runs) == 1 else run.path.parent / f"merged-{'-'.join(map(ending, runs))}"
     if options.trial:
         shown = evaluation.selected(Selection(node_id=options.trial))
         print("\n".join(trial_lines(shown)))
-        folder = options.output or run.path / SELECTED
+        folder = options.output or home / SELECTED
         return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)], False
     judged = _judge(evaluation, options)
     shown = _selected(evaluation, options)
-    folder = options.output or (run.path if shown is evaluation and options.kpis is None else run.path / SELECTED)
+    folder = options.output or (home if shown is evaluation and options.kpis is None else home / SELECTED)
     if options.save_baseline is not None:
         save_baseline(shown, options.save_baseline, saved_kpis(shown, options.kpis))
     # With Markdown on the standard output, everything else goes where it is no part of it.
@@ -61,6 +66,29 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
     if options.markdown is not None:
         _write_markdown(options.markdown, markdown_summary(data, judged))
     return [*warnings, *data.warnings, *failures], judged is not None and judged.closed
+
+
+def _evaluation(runs: Sequence[RunFolder], options: argparse.Namespace) -> tuple[list[str], Evaluation]:
+    """Warnings, and the trials of the runs with the KPIs asked for: by default all that any of the runs had."""
+    warnings = [warning for run in runs for warning in _load_kpis(run, options.plugin)]
+    own = [run.info().get("kpis") for run in runs]
+    kpis = options.kpis
+    if kpis is None and all(own):
+        kpis = list(dict.fromkeys(name for names in own for name in names or ()))
+    evaluations = [evaluate(run, kpis) for run in runs]
+    return list(dict.fromkeys(warnings)), evaluations[0] if len(runs) == 1 else merge(evaluations)
+
+
+def _reproduce(runs: Sequence[RunFolder]) -> bool:
+    """Print how to run it again, and what has changed; of two runs, whether they agree. False for bad news."""
+    found = list(findings(runs[0]))
+    print("\n".join(reproduce_lines(runs[0], found)))
+    good = not any(finding.spoils for finding in found)
+    if len(runs) == 1:
+        return good
+    sameness = compare_runs(*runs)
+    print("\n".join(["", *sameness_lines(runs[0].name, runs[1].name, sameness)]))
+    return sameness.whole
 
 
 def _selected(evaluation: Evaluation, options: argparse.Namespace) -> Evaluation:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from pytest_lpb.aligned import aligned
 from pytest_lpb.report.numbers import finite
-from pytest_lpb.report.text import aligned
 from pytest_lpb.run.gate import INCONCLUSIVE, MIN_PROBLEMS, REGRESSED, GateResult, GateVerdict
 from pytest_lpb.run.gate_pairs import Change, LeftOut
 from pytest_lpb.run.margins import Margin

@@ -72,16 +72,17 @@ def _new_names(evaluations: Sequence[Evaluation]) -> list[dict[str, str]]:
             versions[name].add((planner["parameters_hash"], planner["source_hash"]))
     return [
         {
-            name: name if len(versions[name]) == 1 else f"{name}.{_ending(evaluation.run.name)}"
+            name: name if len(versions[name]) == 1 else f"{name}.{ending(evaluation.run)}"
             for name in evaluation.run.info()["planners"]
         }
         for evaluation in evaluations
     ]
 
 
-def _ending(name: str) -> str:
-    match = ENDING.search(name)
-    return match[1] if match else re.sub(r"[^A-Za-z0-9_.-]", "-", name)
+def ending(run: RunSource) -> str:
+    """The ending of a run folder's name, such as `74be96`; of a folder that was renamed, its whole name."""
+    match = ENDING.search(run.name)
+    return match[1] if match else re.sub(r"[^A-Za-z0-9_.-]", "-", run.name)
 
 
 def _renamed(trials: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file, write_planner_files
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.reproduce import commands, compare_runs, findings
+from pytest_lpb.trajectory import Trajectory
 
 
 @pytest.fixture
@@ -29,7 +31,7 @@ def states(run: RunFolder) -> dict[str, str]:
 
 def edit(run: RunFolder, *keys: str) -> None:
     info = run.info()
-    place = info
+    place: Any = info
     for key in keys[:-1]:
         place = place[key]
     place[keys[-1]] = "another"
@@ -95,8 +97,9 @@ def test_other_problems_are_told_as_such(run: RunFolder, finished_run: Path) -> 
     path = run.path / "trials/drawn/pd/seed1.parquet"
     trajectory = read_trial(path)
     path.unlink()
-    trajectory.metadata["trajectory_hash"] = "0" * 64
-    write_trial(run.path, trajectory)
+    metadata = {**trajectory.metadata, "trajectory_hash": "0" * 64}
+    changed = Trajectory(trajectory.columns, metadata, trajectory.problem)
+    write_trial(run.path, changed)
     sameness = compare_runs(run, RunFolder.open(finished_run))
     assert sameness.different == [(TrialKey("drawn", "pd", 1), "trajectory")]
     assert sameness.same == 7
