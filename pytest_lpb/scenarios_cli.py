@@ -86,10 +86,11 @@ def _list(options: argparse.Namespace) -> None:
 
 def _copy(options: argparse.Namespace) -> None:
     from pytest_lpb.scenario.copying import copy_scenarios
-    from pytest_lpb.scenario.shelf import named, scenarios_in
+    from pytest_lpb.scenario.shelf import named, scenarios_in, studies_in
 
     folder = shipped_folder("scenarios")
-    copies = copy_scenarios(named(scenarios_in(folder), options.names), folder, options.folder)
+    studies = [] if options.names else studies_in(folder)
+    copies = copy_scenarios(named(scenarios_in(folder), options.names), folder, options.folder, studies)
     print(f"{len(copies)} scenarios copied to {options.folder}; run one, for example:")
     print(f"    {shlex.join(['pytest', '--lpb-planners=pd', str(copies[0])])}")
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.scenario.copying import copy_scenarios
 from pytest_lpb.scenario.load import load_scenario
@@ -66,7 +67,8 @@ def test_wrong_arguments_print_usage(capsys: pytest.CaptureFixture[str]) -> None
 
 
 SHIPPED = shipped_folder("scenarios")
-NAMES = sorted(path.relative_to(SHIPPED).with_suffix("").as_posix() for path in SHIPPED.rglob("*.yaml"))
+PATHS = [path for path in SHIPPED.rglob("*.yaml") if not is_study(path)]
+NAMES = sorted(path.relative_to(SHIPPED).with_suffix("").as_posix() for path in PATHS)
 
 
 def listed(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, str]:

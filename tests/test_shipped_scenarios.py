@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.errors import MissingRobotsError
 from pytest_lpb.plugin.collection import STANDARD_TAGS
 from pytest_lpb.problem.paths import with_absolute_paths
@@ -15,7 +16,6 @@ from pytest_lpb.scenario.draw import check_feasible, draw_problem
 from pytest_lpb.scenario.feasibility import is_free
 from pytest_lpb.scenario.load import Scenario, load_scenario
 from pytest_lpb.shipped import shipped_folder
-from pytest_lpb.study.recognition import is_study
 
 FOLDER = shipped_folder("scenarios")
 PATHS = sorted(path for path in FOLDER.rglob("*.yaml") if not is_study(path))

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.scenarios import FIXED, ScenarioFile, SourceFile
 from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.run.folder import RUN_FILE
-from pytest_lpb.study.recognition import is_study
 
 MAX_NAMED = 5  # scenarios that a warning names
 SUFFIXES = (".yaml", ".yml")

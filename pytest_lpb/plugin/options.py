@@ -76,7 +76,7 @@ def named_study(config: pytest.Config) -> Path | None:
     named = [Path(os.path.normpath(folder / text)) for text in texts if text.endswith((".yaml", ".yml"))]
     if not named:
         return None
-    from pytest_lpb.study.recognition import is_study
+    from pytest_lpb.documents.recognition import is_study
 
     return next((path for path in named if is_study(path)), None)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pytest_lpb.documents.reader import read_yaml
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.errors import LpbError, ScenarioError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.paths import paths_in
@@ -51,9 +52,17 @@ class Entry:
 
 
 def scenarios_in(folder: Path) -> list[Entry]:
-    """All scenarios of a folder, by name. Raises ScenarioError for a file that is none."""
-    paths = sorted(path for suffix in SUFFIXES for path in folder.rglob(f"*{suffix}"))
-    return [_entry(path, folder) for path in paths]
+    """All scenarios of a folder, by name. Raises ScenarioError for a file that is neither one nor a study."""
+    return [_entry(path, folder) for path in _files(folder) if not is_study(path)]
+
+
+def studies_in(folder: Path) -> list[Path]:
+    """All study files of a folder."""
+    return [path for path in _files(folder) if is_study(path)]
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for suffix in SUFFIXES for path in folder.rglob(f"*{suffix}"))
 
 
 def _entry(path: Path, folder: Path) -> Entry:

@@ -14,13 +14,13 @@ from pydantic import ValidationError
 
 from pytest_lpb.documents.faults import Key, capped, key_path
 from pytest_lpb.documents.reader import Document, read_yaml
+from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.scenario.load import shown_path
 from pytest_lpb.scenario.messages import faults_of
 from pytest_lpb.study.family import FileFamily
-from pytest_lpb.study.recognition import SUFFIXES, is_study
 from pytest_lpb.study.schema import StudyFile
 from pytest_lpb.study.sweep import combinations, planner_variants, scenario_variants, suffix
 

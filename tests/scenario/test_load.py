@@ -14,12 +14,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from pytest_lpb.documents.reader import read_yaml
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.criterion import Criterion
 from pytest_lpb.scenario.json_schema import SCHEMA_FILE, scenario_json_schema, schema_text
 from pytest_lpb.scenario.load import XFail, load_scenario
-from pytest_lpb.study.recognition import is_study
 
 SCENARIOS = sorted(path for path in (Path(__file__).parents[2] / "scenarios").rglob("*.yaml") if not is_study(path))
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.errors import ConfigurationError, ScenarioError
 from pytest_lpb.planner.files import find_planners
-from pytest_lpb.study.recognition import is_study
 from pytest_lpb.study.study import Study, read_study
 from pytest_lpb.study.sweep import planner_variants
 
