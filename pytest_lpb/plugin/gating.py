@@ -18,14 +18,16 @@ from pytest_lpb.run.gate_options import INCONCLUSIVE, CheckedGate, GateOptions
 
 def gate_options(config: pytest.Config, ini_folder: Path) -> GateOptions | None:
     """The gate that is asked for; None without a baseline. Raises ConfigurationError for options that are wrong."""
-    option, ini = config.getoption("lpb_baseline"), config.getini("lpb_baseline")
+    option = config.getoption("lpb_baseline")
+    # Who names single trials wants to see them again, not to judge the planner.
+    ini = "" if any("::" in argument for argument in config.args) else config.getini("lpb_baseline")
     baseline = ini if option is None else option
     margins = config.getoption("lpb_fail_on")
     fail_on = split_names(margins) if margins is not None else split_names(config.getini("lpb_fail_on")) or None
     inconclusive = config.getoption("lpb_inconclusive") or config.getini("lpb_inconclusive")
     if not baseline:
         # `--lpb-baseline=` turns off what the ini file asks for; nothing else may silently gate nothing.
-        if margins is not None or (fail_on and option is None):
+        if margins is not None or (fail_on and option is None and not config.getini("lpb_baseline")):
             raise ConfigurationError(
                 "--lpb-fail-on (or ini lpb_fail_on): nothing to compare with; say with "
                 f"--lpb-baseline=RUN_OR_FILE, or {PLANNER}NAME"

@@ -9,6 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from pytest_lpb.documents.atomic import replace_file
+from pytest_lpb.errors import LpbError
 from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
@@ -51,7 +52,7 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
         print("\n".join(trial_lines(shown)))
         folder = options.output or home / SELECTED
         return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)], False
-    judged = _judge(evaluation, options)
+    judged = _judge(evaluation, options) if options.baseline is not None else _judge_again(evaluation, options)
     shown = _selected(evaluation, options)
     folder = options.output or (home if shown is evaluation and options.kpis is None else home / SELECTED)
     if options.save_baseline is not None:
@@ -65,7 +66,8 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
         print(f"report: {folder / REPORT_FILE}")
     if options.markdown is not None:
         _write_markdown(options.markdown, markdown_summary(data, judged))
-    return [*warnings, *data.warnings, *failures], judged is not None and judged.closed
+    closed = options.baseline is not None and judged is not None and judged.closed
+    return [*warnings, *data.warnings, *failures], closed
 
 
 def _evaluation(runs: Sequence[RunFolder], options: argparse.Namespace) -> tuple[list[str], Evaluation]:
@@ -98,16 +100,32 @@ def _selected(evaluation: Evaluation, options: argparse.Namespace) -> Evaluation
     return evaluation.selected(Selection(planners=planners, scenarios=options.scenarios))
 
 
-def _judge(evaluation: Evaluation, options: argparse.Namespace) -> GateResult | None:
-    """Verdicts of the regression gate; None without a baseline. Planners that are not selected may be the baseline."""
-    if options.baseline is None:
-        return None
-    machine = evaluation.run.info().get("machine") or {}
+def _judge(evaluation: Evaluation, options: argparse.Namespace) -> GateResult:
+    """Verdicts of the regression gate that is asked for."""
     asked = GateOptions(options.baseline, options.fail_on, options.inconclusive, "--")
+    return _verdicts(evaluation, options, asked, Path())
+
+
+def _judge_again(evaluation: Evaluation, options: argparse.Namespace) -> GateResult | None:
+    """Verdicts of the gate that the run itself had; None without one, or when its baseline is gone."""
+    info = evaluation.run.info()
+    if "gate" not in info:
+        return None
+    recorded = info["gate"]
+    asked = GateOptions(recorded["baseline"], recorded["fail_on"], recorded["inconclusive"], "--lpb-")
+    try:
+        return _verdicts(evaluation, options, asked, Path(info["invocation"]))
+    except LpbError as error:
+        print(f"lpb-report: note: the run's gate is left out: {error}", file=sys.stderr)
+        return None
+
+
+def _verdicts(evaluation: Evaluation, options: argparse.Namespace, asked: GateOptions, folder: Path) -> GateResult:
+    """Verdicts on the planners and scenarios that are selected; the baseline may be a planner that is not."""
     planners = sorted(evaluation.trials["planner"].unique().tolist())
-    gate = asked.gate(Path(), planners, evaluation.kpis).gate()
+    gate = asked.gate(folder, planners, evaluation.kpis).gate()
     scenarios = evaluation.selected(Selection(scenarios=options.scenarios)).trials
-    result = gate.judge(scenarios, machine)
+    result = gate.judge(scenarios, evaluation.run.info().get("machine") or {})
     return result if options.planners is None else result.of(options.planners)
 
 

@@ -202,6 +202,10 @@ def test_ini(gated: Project) -> None:
     result = gated.run("--lpb-baseline=", "scenarios", planners="mine")
     assert result.ret == 0
     assert "regression gate" not in text_of(result)
+    # Single trials are not judged: who repeats one wants to see it.
+    result = gated.run("scenarios/point/x.yaml::mine::seed3", planners="mine")
+    assert result.ret == 0
+    assert "regression gate" not in text_of(result)
     gated.ini("lpb_baseline = ci/baseline.json", "lpb_inconclusive = fail")
     assert gated.run("--lpb-trials=3", "scenarios", planners="mine").ret == 1
 
@@ -319,3 +323,21 @@ def test_a_run_that_is_finished_later_is_gated_as_it_was_to_be(gated: Project) -
     result = gated.run(f"--lpb-resume={run}", planners=None, fast=False)
     assert result.ret == 1
     result.stdout.re_match_lines([r"mine +success +24 .* 3 % +regressed"])
+
+
+def test_lpb_report_judges_a_gated_run_again(gated: Project, capsys: pytest.CaptureFixture[str]) -> None:
+    set_speed(gated, SLOWER)
+    assert gated.run(BASELINE, "--lpb-fail-on=time_to_goal_s:10%", "scenarios", planners="mine").ret == 1
+    run = str(gated.runs()[-1])
+    capsys.readouterr()
+    # Looking at a run that failed is no failure; asking whether it regressed is.
+    assert main([run]) == 0
+    assert "GATE CLOSED: 1 verdict regressed" in capsys.readouterr().out
+    assert main([run, "--baseline=baseline.json", "--fail-on=time_to_goal_s:10%"]) == 1
+    assert main([run, "--baseline=baseline.json", "--fail-on=time_to_goal_s:300%"]) == 0
+    (gated.path / "baseline.json").unlink()
+    capsys.readouterr()
+    assert main([run]) == 0
+    captured = capsys.readouterr()
+    assert "GATE" not in captured.out
+    assert "note: the run's gate is left out: --lpb-baseline: found 'baseline.json', and there is no" in captured.err
