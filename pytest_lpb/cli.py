@@ -10,7 +10,10 @@ from typing import NoReturn
 
 from pytest_lpb import __version__
 from pytest_lpb.errors import LpbError
+from pytest_lpb.names import listed, suggestion
 
+PLOT_FORMATS = ("png", "pdf", "svg")
+EXPORT_FORMATS = ("latex", "markdown")
 EXIT_WARNINGS = 1
 EXIT_USAGE = 4
 DEFAULT_PASSES, MOST_PASSES = 5, 1000  # of --retime
@@ -71,6 +74,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--fps", type=float, metavar="N", help="frames per second of the video (default: 30)")
     parser.add_argument("--compare", type=_names, metavar="A,B", help="compare these two planners")
     parser.add_argument("--plot", type=_names, metavar="A,B", nargs="?", const=[], help="write plots (default: all)")
+    parser.add_argument("--plot-format", type=_names, metavar="png,pdf", help="files of --plot (default: both)")
+    parser.add_argument("--export", type=_names, metavar="latex,markdown", help="write tables for papers and pages")
     parser.add_argument(
         "--retime", type=int, metavar="N", nargs="?", const=DEFAULT_PASSES, help="time all calls again, in N passes"
     )
@@ -96,9 +101,9 @@ def _names(text: str) -> list[str]:
 
 def _check(options: argparse.Namespace) -> None:
     """Raise LpbError for options that contradict each other."""
-    for name in ("kpis", "planners", "scenarios"):
+    for name in ("kpis", "planners", "scenarios", "plot_format", "export"):
         if getattr(options, name) == []:
-            raise LpbError(f"--{name}: found no name; leave the option out for all of them")
+            raise LpbError(f"--{name.replace('_', '-')}: found no name; leave the option out for all of them")
     compared = options.compare
     if compared is not None and (len(compared) != 2 or compared[0] == compared[1]):
         found = ", ".join(compared) or "none"
@@ -108,6 +113,7 @@ def _check(options: argparse.Namespace) -> None:
     if options.trial and (compared or options.planners or options.scenarios):
         raise LpbError("--trial shows one trial; leave --planners, --scenarios and --compare out")
     _check_runs(options)
+    _check_formats(options)
     _check_retime(options)
     _check_gate(options)
     _check_video(options)
@@ -122,6 +128,19 @@ def _check_runs(options: argparse.Namespace) -> None:
             raise LpbError(f"{asked[0]} is about one run, found {len(options.runs)}")
     if options.reproduce and len(options.runs) > 2:
         raise LpbError(f"--reproduce is about one run, or whether two agree; found {len(options.runs)}")
+
+
+def _check_formats(options: argparse.Namespace) -> None:
+    """Raise LpbError for formats of files that are not written."""
+    for option, allowed in (("plot_format", PLOT_FORMATS), ("export", EXPORT_FORMATS)):
+        for name in getattr(options, option) or ():
+            if name not in allowed:
+                hint = suggestion(name, allowed)
+                raise LpbError(f"--{option.replace('_', '-')}: no format {name!r}{hint}; there are {listed(allowed)}")
+    if options.plot_format and options.plot is None:
+        raise LpbError("--plot-format is for plots; add --plot, or --plot=NAME")
+    if options.trial and options.export:
+        raise LpbError("--export writes tables of all trials of a selection; leave --trial out")
 
 
 def _check_retime(options: argparse.Namespace) -> None:
@@ -154,7 +173,7 @@ def _check_video(options: argparse.Namespace) -> None:
         return
     if not options.trial:
         raise LpbError("--video draws one trial; say which with --trial=NODEID")
-    unasked: dict[str, object] = {"kpis": None, "plot": None, "output": None, "plugin": []}
+    unasked: dict[str, object] = {"kpis": None, "plot": None, "export": None, "output": None, "plugin": []}
     others = [f"--{name}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
     if others:
         raise LpbError(f"--video only draws; leave {' and '.join(others)} out")

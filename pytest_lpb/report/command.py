@@ -29,6 +29,7 @@ from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user
 from pytest_lpb.run.reproduce import compare_runs, findings
 
 STANDARD_OUTPUT = Path("-")
+TABLES = "tables"  # folder of tables that were exported
 SELECTED = "selected"  # folder for the tables of some of a run's trials
 
 
@@ -63,6 +64,8 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
         data = write_results(shown, folder, options.compare and tuple(options.compare))
         _print(data, judged, options)
         failures = _plot(data, options, folder)
+        if options.export is not None:
+            _export(data, options, folder / TABLES)
         print(f"report: {folder / REPORT_FILE}")
     if options.markdown is not None:
         _write_markdown(options.markdown, markdown_summary(data, judged))
@@ -183,12 +186,21 @@ def _print(data: ReportData, judged: GateResult | None, options: argparse.Namesp
         print(f"baseline: {options.save_baseline}")
 
 
+def _export(data: ReportData, options: argparse.Namespace, folder: Path) -> None:
+    """Write the tables in the formats asked for."""
+    from pytest_lpb.report.export import write_tables
+
+    written = write_tables(folder, data, options.export, options.kpis)
+    print(f"tables: {', '.join(path.name for path in written)} in {folder}")
+
+
 def _plot(data: ReportData, options: argparse.Namespace, folder: Path) -> list[str]:
     """Write the plots asked for; what could not be drawn."""
     if options.plot is None:
         return []
     from pytest_lpb.report.plots import write_plots
 
-    written = write_plots(folder / "plots", options.plot or None, data)
+    formats = options.plot_format or ("png", "pdf")
+    written = write_plots(folder / "plots", options.plot or None, data, formats)
     print(f"plots: {len(written.paths)} files below {folder / 'plots'}")
     return list(written.failures)

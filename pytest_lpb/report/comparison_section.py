@@ -75,7 +75,7 @@ def _rows(frame: pd.DataFrame, planners: list[str], kpis: list[str], scenarios: 
             VERDICTS.index(str(row["verdict"])),
             int(row["over"] == "solved"),
             _cells(row),
-            _relative(row),
+            relative_difference(row),
         ]
         for row in frame.to_dict("records")
     ]
@@ -98,7 +98,7 @@ def _cells(row: Mapping[Any, Any]) -> list[list[Any]]:
     ]
 
 
-def _relative(row: Mapping[Any, Any]) -> list[float] | None:
+def relative_difference(row: Mapping[Any, Any]) -> list[float] | None:
     """Difference with its interval in [%] of A's median, so that KPIs share an axis; success in points."""
     figures = [finite(row[name]) for name in ("difference", "difference_low", "difference_high")]
     whole = 1.0 if row["kpi"] == "success" else abs(finite(row["median_a"]) or 0.0)

@@ -63,7 +63,10 @@ class Drawing:
 
 def drawings(plot: Plot, data: ReportData, trials: pd.DataFrame) -> Iterator[Drawing]:
     """The pictures of a plot for these trials (rows of `data.trials`)."""
-    if plot.scope == "run":
+    if plot.pictures is not None:
+        for parts in plot.pictures(data):
+            yield Drawing(plot, data, parts, ())
+    elif plot.scope == "run":
         yield Drawing(plot, data, (), tuple(trials["node_id"]))
     elif plot.scope == "scenario":
         for scenario, rows in trials.groupby("scenario", sort=False):
@@ -82,6 +85,9 @@ def figure_of(drawing: Drawing) -> Figure:
     axes = figure.add_subplot()
     axes.set_title(drawing.title, fontsize=10)
     with _faults_told(plot):
+        if plot.pictures is not None:
+            plot.function(drawing.data, drawing.parts, axes)
+            return figure
         trajectories = [drawing.data.trajectory_of(node_id) for node_id in drawing.node_ids]
         if not plot.without_rows:
             trajectories = [trajectory for trajectory in trajectories if len(trajectory)]

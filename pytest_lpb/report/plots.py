@@ -21,20 +21,26 @@ if TYPE_CHECKING:
     from pytest_lpb.report.data import ReportData
 
 Scope = Literal["trial", "scenario", "run"]
-PlotFunction = Callable[[Any, Any], Any]
+# What a built-in plot of tables draws: parts of a picture's name, such as a KPI; see `table_plots`.
+Pictures = Callable[["ReportData"], Iterable[tuple[str, ...]]]
+PlotFunction = Callable[..., Any]
 F = TypeVar("F", bound=PlotFunction)
 
-BUILTIN_MODULE = "pytest_lpb.report.builtin_plots"
+BUILTIN_MODULES = ("pytest_lpb.report.builtin_plots", "pytest_lpb.report.table_plots")
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A registered plot: `function(trajectory, axes)`, or `function(trajectories, axes)` of several."""
+    """A registered plot: `function(trajectory, axes)`, or `function(trajectories, axes)` of several.
+
+    With `pictures` it draws tables: `function(data, parts, axes)` once for each of the pictures.
+    """
 
     name: str
     scope: Scope
     function: PlotFunction
     without_rows: bool = False  # it is given trials without rows too: their worker crashed
+    pictures: Pictures | None = None
 
     @property
     def place(self) -> str:
@@ -47,7 +53,7 @@ class Plot:
     @property
     def builtin(self) -> bool:
         """Whether it comes with pytest-lpb."""
-        return getattr(self.function, "__module__", "") == BUILTIN_MODULE
+        return getattr(self.function, "__module__", "") in BUILTIN_MODULES
 
 
 class PlotRegistry:
@@ -131,7 +137,8 @@ class WrittenPlots:
 
 def load_builtin() -> PlotRegistry:
     """Import the built-in plots and return their registry. Raises ConfigurationError: a name is taken."""
-    import_module(BUILTIN_MODULE)
+    for module in BUILTIN_MODULES:
+        import_module(module)
     return default_registry
 
 

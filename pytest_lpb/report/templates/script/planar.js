@@ -109,8 +109,10 @@ class PlanarStage {
     for (const [kind, body, ...sizes] of track.parts) {
       const [x, y, angle] = track.poses.body(body, t);
       if (kind === "capsule") {
-        const ends = [placed(sizes.slice(0, 2), x, y, angle), placed(sizes.slice(2, 4), x, y, angle)];
-        this.line(ends, 0.65, Math.max(2 * sizes[4] * this.scale, 3));
+        const [first, second] = [placed(sizes.slice(0, 2), x, y, angle), placed(sizes.slice(2, 4), x, y, angle)];
+        // A line without length is not drawn, whatever its ends look like.
+        if (sizes[0] === sizes[2] && sizes[1] === sizes[3]) second[0] += 0.5 / this.scale;
+        this.line([first, second], 0.65, Math.max(2 * sizes[4] * this.scale, 3));
       } else {
         context.strokeStyle = css(colour("--ink"));
         this.line([[x, y], placed([sizes[0], 0], x, y, angle)], 1, 2);
