@@ -21,7 +21,8 @@ from pytest_lpb.trajectory import Trajectory
 
 from .runs import make_run
 
-BUILTIN = ["path", "clearance", "goal_error", "action", "solver_time", "success"]
+OF_TRIALS = ["path", "clearance", "goal_error", "action", "solver_time"]
+BUILTIN = [*OF_TRIALS, "success", "kpi", "comparison"]
 
 
 def _draw(trajectory: Any, axes: Any) -> None:
@@ -81,11 +82,19 @@ def test_unknown_names_are_told_with_the_nearest() -> None:
 def test_built_in_plots_are_written(small: ReportData, tmp_path: Path, name: str) -> None:
     written = write_plots(tmp_path, [name], small)
     assert not written.failures
-    assert len(written.paths) == (2 if name == "success" else 4)
+    kpis = sum(small.trials[kpi.name].notna().any() for kpi in small.kpis)
+    pictures = {"success": 1, "kpi": kpis, "comparison": len(small.comparisons.groupby(["planner_a", "planner_b"]))}
+    assert len(written.paths) == 2 * pictures.get(name, 2)
     for path in written.paths:
         start = {".png": b"\x89PNG", ".pdf": b"%PDF"}[path.suffix]
         assert path.read_bytes().startswith(start)
         assert path.stat().st_size > 3000
+
+
+def test_plots_of_tables_are_named_by_kpi_and_pair(small: ReportData, tmp_path: Path) -> None:
+    paths = write_plots(tmp_path, ["kpi", "comparison"], small, ["svg"]).paths
+    names = {path.relative_to(tmp_path).as_posix() for path in paths}
+    assert {"kpi/clearance_min_m.svg", "comparison/fabrics/pd.svg"} <= names
 
 
 def test_file_names_follow_scenario_planner_and_seed(small: ReportData, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from .chromium import TIMEOUT, Chromium
 def open_view(browser: Chromium, address: str, route: str = "") -> None:
     """Load the page anew at a route such as `#/trials?sort=seed`."""
     browser.open(address + route)
-    wait_for(browser, "document.documentElement.dataset.route === location.hash")
+    wait_for(browser, "document.documentElement?.dataset.route === location.hash")
 
 
 def wait_for(browser: Chromium, condition: str) -> None:

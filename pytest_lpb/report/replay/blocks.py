@@ -44,11 +44,12 @@ def replays(data: ReportData, trials: pd.DataFrame, budget: int = MAX_BYTES) -> 
     """Replays of the most interesting of `trials` until the budget [bytes] is used."""
     maker = _Maker(Replays())
     places = {str(node_id): place for place, node_id in enumerate(trials["node_id"])}
-    for node_id in in_order_of_interest(trials)["node_id"]:
+    chosen = in_order_of_interest(trials)
+    for node_id, problem in zip(chosen["node_id"], chosen["problem_hash"], strict=True):
         try:
             trajectory = data.trajectory_of(str(node_id))
             if len(trajectory) > 1:
-                maker.add(places[str(node_id)], trajectory)
+                maker.add(places[str(node_id)], trajectory, str(problem))
         except (LpbError, OSError) as error:
             maker.made.faults.append(f"{node_id}: {' '.join(str(error).split())}")
         if maker.size > budget:
@@ -66,13 +67,13 @@ class _Maker:
         self._keys: dict[tuple[str, str], str] = {}
         self._meshes: dict[Path, str] = {}
 
-    def add(self, place: int, trajectory: Trajectory) -> None:
+    def add(self, place: int, trajectory: Trajectory, problem_hash: str) -> None:
         """Add a trial, and what it needs that is not there yet."""
         problem = trajectory.problem
         motion = self._motions.setdefault(problem.dimension, motion_for(problem.dimension))
         block = trial_block(trajectory, motion)
         robot = self._shared("robot", _identity(problem.robot.to_dict()), lambda: robot_block(trajectory, motion))
-        scene = self._shared("scene", problem.problem_hash, lambda: scene_block(trajectory, motion))
+        scene = self._shared("scene", problem_hash, lambda: scene_block(trajectory, motion))
         self._add_meshes(motion)
         self._put(f"trial:{place}", {"robot": robot, "scene": scene, **block})
         self.made.places.append(place)

@@ -15,6 +15,8 @@ class PlanarStage {
     canvas.height = height * density;
     const context = this.context = canvas.getContext("2d");
     context.scale(density, density);
+    context.fillStyle = css(colour("--card"));
+    context.fillRect(0, 0, width, height);
     const size = box[1].map((high, axis) => high - box[0][axis]);
     this.scale = Math.min((width - 2 * margin) / size[0], (height - 2 * margin) / size[1]);
     this.origin = [width / 2 - this.scale * (box[0][0] + size[0] / 2), height / 2 + this.scale * (box[0][1] + size[1] / 2)];

@@ -68,8 +68,9 @@ class SpatialStage {
 
   async load() {
     const meshes = (parts) => Promise.all(parts.map(async (part) => ({ body: part[1], ...(await partMesh(part)) })));
-    this.bodies = await Promise.all(this.tracks.map((track) => meshes(track.parts)));
-    this.obstacles = await Promise.all(this.tracks[0].scene.obstacles.map((obstacle) => meshes(obstacle.parts)));
+    const every = (list) => Promise.all(list.map((entry) => meshes(entry.parts)));
+    const obstacles = await every(this.tracks[0].scene.obstacles);
+    [this.bodies, this.obstacles] = [await every(this.tracks), obstacles]; // both at once: then it can be drawn
   }
 
   draw(t) {

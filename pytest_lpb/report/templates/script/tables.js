@@ -58,9 +58,9 @@ function restoreOrder(table, params) {
 function restore(table, params) {
   restoreOrder(table, params);
   fieldsOf(table).forEach((field) => {
-    const given = params.get(field.dataset.column);
+    const given = params.get(field.dataset.column)?.replace(/^any$/, "");
     const known = field.tagName !== "SELECT" || [...field.options].some((option) => option.value === given);
-    if (given !== null && known) field.value = given === "any" ? "" : given;
+    if (given !== undefined && known) field.value = given;
     else if (field.tagName !== "SELECT") field.value = "";
     else field.selectedIndex = Math.max([...field.options].findIndex((option) => option.defaultSelected), 0);
   });
