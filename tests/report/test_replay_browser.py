@@ -240,7 +240,8 @@ def test_the_heat_map_shows_another_kpi_and_success_again(browser: Chromium, rep
     assert browser.run(cells) != success
     assert "kpi=path_length_m" in browser.run("location.hash")
     cell = "[parseFloat(c.querySelector('b').textContent), Number(c.style.getPropertyValue('--rate'))]"
-    best = f"[...document.querySelectorAll('#heat tbody tr')].map(r => [...r.querySelectorAll('td.heat')].map(c => {cell}))"
+    cells_of = "[...r.querySelectorAll('td.heat')]"
+    best = f"[...document.querySelectorAll('#heat tbody tr')].map(r => {cells_of}.map(c => {cell}))"
     for row in browser.run(best):
         assert not row or min(row)[1] == max(rate for _, rate in row) == 1  # shorter is better
     browser.run(choose.format("success"))
