@@ -13,6 +13,7 @@ from pytest_lpb.report.overview_section import overview
 from pytest_lpb.report.provenance import run_section
 from pytest_lpb.report.retimed import retimed_section
 from pytest_lpb.report.scenes import scenario_section
+from pytest_lpb.report.sweeps import sweep_section
 from pytest_lpb.report.trial_pages import trial_pages
 from pytest_lpb.report.trial_section import trial_section
 from pytest_lpb.report.user_figures import plot_section
@@ -57,6 +58,7 @@ VIEWS = (
     View("scenarios", "Scenarios", (Section("scenarios", "_scenes.html.j2", scenario_section),)),
     View("kpis", "KPIs", (Section("kpis", "_kpis.html.j2", kpi_section),)),
     View("comparisons", "Comparisons", (Section("comparisons", "_comparisons.html.j2", comparison_section),)),
+    View("sweeps", "Sweeps", (Section("sweeps", "_sweeps.html.j2", sweep_section),)),
     View("retimed", "Retimed", (Section("retimed", "_retimed.html.j2", retimed_section),)),
     View("plots", "Plots", (Section("plots", "_plots.html.j2", plot_section),)),
     View("trials", "Trials", (Section("trials", "_trials.html.j2", trial_section),)),
