@@ -129,3 +129,15 @@ def test_links_lead_somewhere(page: str) -> None:
         linked = (ROOT / page).parent / name if name else ROOT / page
         assert linked.is_file(), target
         assert not anchor or anchor in anchors(linked), target
+
+
+def test_study(repository: pytest.Pytester) -> None:
+    shutil.copytree(ROOT / "scenarios/point", repository.path / "scenarios/point", dirs_exist_ok=True)
+    (repository.path / "studies").mkdir()
+    (repository.path / "studies/study.yaml").write_text(blocks("docs/studies.md", "yaml")[0], "utf-8")
+    result = repository.runpytest_subprocess("studies/study.yaml", "--collect-only", "-q")
+    result.stdout.fnmatch_lines(["studies/study.yaml::point/clutter_obstacle_count-8::mpc_horizon-20::seed19"])
+    selected = "clutter_obstacle_count-4 and (fabrics or horizon-10)"
+    result = repository.runpytest_subprocess("studies/study.yaml", "--lpb-trials=1", "-k", selected)
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(["*mpc_horizon-10*", "*inconclusive*"])
