@@ -112,7 +112,7 @@ def _judge(evaluation: Evaluation, options: argparse.Namespace) -> GateResult:
 def _judge_again(evaluation: Evaluation, options: argparse.Namespace) -> GateResult | None:
     """Verdicts of the gate that the run itself had; None without one, or when its baseline is gone."""
     info = evaluation.run.info()
-    if "gate" not in info:
+    if "gate" not in info or "merged" in info:
         return None
     recorded = info["gate"]
     asked = GateOptions(recorded["baseline"], recorded["fail_on"], recorded["inconclusive"], "--lpb-")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import sys
@@ -141,3 +142,25 @@ def test_study(repository: pytest.Pytester) -> None:
     result = repository.runpytest_subprocess("studies/study.yaml", "--lpb-trials=1", "-k", selected)
     result.assert_outcomes(passed=2)
     result.stdout.fnmatch_lines(["*mpc_horizon-10*", "*inconclusive*"])
+
+
+def test_commands_of_a_gate(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    (pytester.path / "scenarios").mkdir()
+    shutil.copy(ROOT / "scenarios/point/clutter.yaml", pytester.path / "scenarios")
+    for key in [key for key in os.environ if key.startswith(("PYTEST_", "COV_"))]:
+        monkeypatch.delenv(key)
+    (commands,) = blocks("docs/gates.md", "sh")
+    folder = str(Path(sys.executable).parent)
+    monkeypatch.setenv("PATH", folder, prepend=os.pathsep)
+    for command in commands.splitlines():
+        result = pytester.run("sh", "-c", command)
+        assert result.ret == 0, command
+    assert (pytester.path / "baseline.json").is_file()
+    assert "**gate open: same or better in all that was asked**" in (pytester.path / "summary.md").read_text("utf-8")
+
+
+def test_script_of_a_gate(pytester: pytest.Pytester) -> None:
+    (script,) = blocks("docs/gates.md", "python")
+    result = pytester.runpython(pytester.makepyfile(example=script))
+    assert result.ret == 0
+    result.stdout.re_match_lines([r"loss 0\.025, -0\.0\d+ to 0\.\d+", r"problems that would decide: \d+"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_lpb.statistics import wilson_interval
+
 from .projects import DRAWN, SCENARIO, UNSOLVED, Project, text_of
 
 BROKEN = """
@@ -63,7 +65,8 @@ def test_rates(project: Project) -> None:
     assert 0 < len(failed) < 10
     text = text_of(result)
     rate = 1 - len(failed) / 10
-    assert f"FAILED: high :: pd: success rate {rate:.3f} (95 % interval " in text
+    low, high = wilson_interval(10 - len(failed), 10)
+    assert f"FAILED: high :: pd: success rate {rate:.3f} (95 % interval {low:.3f} to {high:.3f}, " in text
     assert f"10 problems), required >= 0.99; unsolved seeds: {', '.join(failed)}" in text
     assert f"met: low :: pd: success rate {rate:.3f}" in text
     assert "free :: pd: success rate" not in text

@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from pytest_lpb.statistics import decided, deciding_pairs, loss_of_means, loss_of_rates, newcombe_paired_interval
+from pytest_lpb.statistics import (
+    decided,
+    deciding_pairs,
+    loss_of_means,
+    loss_of_rates,
+    newcombe_paired_interval,
+    wilcoxon_p,
+)
 from pytest_lpb.statistics.loss import MeanLoss
 
 
@@ -39,6 +46,18 @@ def test_bounds_of_a_mean_are_those_of_scipys_one_sided_t_tests() -> None:
     greater, less = (stats.ttest_rel(b, a, alternative=side) for side in ("greater", "less"))
     assert low == pytest.approx(greater.confidence_interval(0.95).low)
     assert high == pytest.approx(less.confidence_interval(0.95).high)
+
+
+def test_bounds_of_a_mean_repeat_students_own_example() -> None:
+    """Two soporifics, hours of sleep gained by ten patients (Student 1908): 1.58 h more, standard deviation 1.23 h."""
+    first = [0.7, -1.6, -0.2, -1.2, -0.1, 3.4, 3.7, 0.8, 0.0, 2.0]
+    second = [1.9, 0.8, 1.1, 0.1, -0.1, 4.4, 5.5, 1.6, 4.6, 3.4]
+    loss = loss_of_means(first, second, "lower", relative=False)
+    assert loss.estimate == pytest.approx(1.58)
+    assert loss.deviation == pytest.approx(1.23, abs=5e-4)
+    assert loss.bounds() == pytest.approx((0.8670, 2.2930), abs=5e-5)
+    # All nine differences that are not zero have one sign: 2 of 2^9 assignments are as far.
+    assert wilcoxon_p(np.subtract(second, first)) == 2 / 2**9
 
 
 def test_higher_is_better_turns_the_sign() -> None:
