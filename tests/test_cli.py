@@ -21,7 +21,7 @@ from pytest_lpb.trial.files import METADATA_KEY
 
 from .plugin.projects import DRAWN, UNSOLVED, Project, read_table
 
-RESULTS = ("trials.csv", "summary.csv", "comparisons.csv", "report.html")
+RESULTS = ("trials.csv", "summary.csv", "comparisons.csv", "aggregates.csv", "report.html")
 State = dict[str, tuple[int, bytes]]
 
 

@@ -1,4 +1,4 @@
-"""Writes what a run is read by: trials.csv, summary.csv, comparisons.csv and report.html."""
+"""Writes what a run is read by: trials.csv, summary.csv, comparisons.csv, aggregates.csv and report.html."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pytest_lpb.report.report import write_report
 from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.folder import RunFolder
-from pytest_lpb.run.tables import comparisons_table, summary_table, write_csv
+from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
 
@@ -37,6 +37,7 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
         run_info=evaluation.run.info(),
         trajectory_of=evaluation.trajectory_of,
         warnings=[*evaluation.warnings, *faults],
+        aggregates=aggregates_table(trials, evaluation.kpis),
         retimed=retimed,
         title=evaluation.run.name,
     )
@@ -70,4 +71,5 @@ def write_tables(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | N
     write_csv(evaluation.table(), folder / "trials.csv")
     write_csv(data.summary, folder / "summary.csv")
     write_csv(data.comparisons, folder / "comparisons.csv")
+    write_csv(data.aggregates, folder / "aggregates.csv")
     return data

@@ -30,6 +30,7 @@ class ReportData:
     trials: pd.DataFrame  # one row per trial: columns of trials.csv, duration_s, control, message, command
     summary: pd.DataFrame  # columns of summary.csv; scenario `all` is the mean over scenarios
     comparisons: pd.DataFrame  # columns of comparisons.csv
+    aggregates: pd.DataFrame  # columns of aggregates.csv
     kpis: Sequence[ReportedKpi]
     run_info: Mapping[str, Any]  # run.json
     trajectory_of: Callable[[str], Trajectory]  # raw data of the trial with this node id

@@ -26,7 +26,7 @@ Pictures = Callable[["ReportData"], Iterable[tuple[str, ...]]]
 PlotFunction = Callable[..., Any]
 F = TypeVar("F", bound=PlotFunction)
 
-BUILTIN_MODULES = ("pytest_lpb.report.builtin_plots", "pytest_lpb.report.table_plots")
+BUILTIN_MODULES = tuple(f"pytest_lpb.report.{name}" for name in ("builtin_plots", "table_plots", "profile_plots"))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pytest_lpb.report.comparison_section import comparison_section
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.distributions import kpi_section
 from pytest_lpb.report.overview_section import overview
+from pytest_lpb.report.profiles import profile_section
 from pytest_lpb.report.provenance import run_section
 from pytest_lpb.report.retimed import retimed_section
 from pytest_lpb.report.scenes import scenario_section
@@ -57,6 +58,7 @@ VIEWS = (
     View("overview", "Overview", (Section("overview", "_overview.html.j2", overview),)),
     View("scenarios", "Scenarios", (Section("scenarios", "_scenes.html.j2", scenario_section),)),
     View("kpis", "KPIs", (Section("kpis", "_kpis.html.j2", kpi_section),)),
+    View("profiles", "Profiles", (Section("profiles", "_profiles.html.j2", profile_section),)),
     View("comparisons", "Comparisons", (Section("comparisons", "_comparisons.html.j2", comparison_section),)),
     View("sweeps", "Sweeps", (Section("sweeps", "_sweeps.html.j2", sweep_section),)),
     View("retimed", "Retimed", (Section("retimed", "_retimed.html.j2", retimed_section),)),

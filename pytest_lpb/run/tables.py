@@ -12,11 +12,12 @@ import numpy as np
 import pandas as pd
 
 from pytest_lpb.documents.atomic import replace_file
+from pytest_lpb.run.aggregates import aggregates_table
 from pytest_lpb.run.comparisons import comparisons_table
 from pytest_lpb.run.problems import KpiColumn
 from pytest_lpb.run.summary import summary_table
 
-__all__ = ["KpiColumn", "comparisons_table", "summary_table", "write_csv"]
+__all__ = ["KpiColumn", "aggregates_table", "comparisons_table", "summary_table", "write_csv"]
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:

@@ -12,6 +12,8 @@ from pytest_lpb.statistics.paired import (
     ratio,
     wilcoxon_p,
 )
+from pytest_lpb.statistics.profiles import performance_ratios, pointwise_band, shares_within
+from pytest_lpb.statistics.stratified import interquartile_interval, interquartile_mean, stratified_weights
 
 __all__ = [
     "bootstrap_means",
@@ -22,13 +24,19 @@ __all__ = [
     "effective_size",
     "holm",
     "improvement_probability",
+    "interquartile_interval",
+    "interquartile_mean",
     "loss_of_means",
     "loss_of_rates",
     "mcnemar_p",
     "newcombe_paired_interval",
     "paired_difference",
     "percentile_interval",
+    "performance_ratios",
+    "pointwise_band",
     "ratio",
+    "shares_within",
+    "stratified_weights",
     "wilcoxon_p",
     "wilson_interval",
 ]

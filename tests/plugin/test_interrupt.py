@@ -63,7 +63,9 @@ def test_finished_trials_are_kept(project: Project, number: signal.Signals, work
     assert len(project.rows()) == len(files)
     assert "local planner benchmark" in output
     assert "Traceback" not in output
-    tables = {name: (run / name).read_bytes() for name in ("trials.csv", "summary.csv", "comparisons.csv")}
+    tables = {
+        name: (run / name).read_bytes() for name in ("trials.csv", "summary.csv", "comparisons.csv", "aggregates.csv")
+    }
     for name in tables:
         (run / name).unlink()
     assert main([str(run)]) == 0

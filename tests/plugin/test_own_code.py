@@ -53,6 +53,8 @@ def test_a_planner_and_a_kpi_of_conftest(project: Project) -> None:
     run = project.runs()[-1]
     (summary, _) = read_table(run / "summary.csv")
     assert summary["x_max_m_median"] == row["x_max_m"]
+    (aggregate,) = (line for line in read_table(run / "aggregates.csv") if line["kpi"] == "x_max_m")
+    assert aggregate["iqm"] == aggregate["mean_of_scenarios"] == row["x_max_m"]
     info = read_run(run)
     assert info["plugins"] == [{"module": "conftest", "file": str(project.path / "conftest.py")}]
     assert info["planners"]["mine"]["parameters"] == {"push": 0.25}

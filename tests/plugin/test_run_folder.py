@@ -81,7 +81,8 @@ def find(rows: list[Row], **values: str) -> Row:
 
 def test_content(run: Path) -> None:
     assert re.fullmatch(r"\d{8}T\d{6}Z-[0-9a-f]{6}", run.name)
-    expected = {"run.json", "trials.csv", "summary.csv", "comparisons.csv", "report.html", "planners", "trials"}
+    tables = {"trials.csv", "summary.csv", "comparisons.csv", "aggregates.csv"}
+    expected = {"run.json", *tables, "report.html", "planners", "trials"}
     assert {path.name for path in run.iterdir()} == expected
     trials = [f"{s}/{p}/seed{k}" for s in ("far", "point/drawn") for p in ("pd", "potential_field") for k in (0, 1)]
     assert trial_files(run) == [f"{trial}.parquet" for trial in trials]

@@ -15,7 +15,7 @@ from pytest_lpb.kpis.registry import evaluate_kpis, load_builtin
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.run.tables import comparisons_table, summary_table
+from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table
 from pytest_lpb.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -208,6 +208,7 @@ def make_run(
         trials=trials,
         summary=summary_table(trials, kpis),
         comparisons=comparisons_table(trials, kpis),
+        aggregates=aggregates_table(trials, kpis),
         kpis=kpis,
         run_info=run_info(scenarios, planners, seeds),
         trajectory_of=trajectory_of,

@@ -12,7 +12,7 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.markdown import MAX_BYTES, markdown_summary
 from pytest_lpb.run.gate import Gate
 from pytest_lpb.run.margins import parse_margins
-from pytest_lpb.run.tables import comparisons_table, summary_table
+from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table
 from tests.run.test_gate import MACHINE, Old, failed, trials
 from tests.run.trial_frames import KPIS, TIME
 
@@ -22,6 +22,7 @@ def report_data(rows: pd.DataFrame) -> ReportData:
         trials=rows,
         summary=summary_table(rows, KPIS),
         comparisons=comparisons_table(rows, KPIS),
+        aggregates=aggregates_table(rows, KPIS),
         kpis=[],
         run_info={},
         trajectory_of=lambda _: None,  # type: ignore[arg-type, return-value]

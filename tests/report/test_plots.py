@@ -22,7 +22,7 @@ from pytest_lpb.trajectory import Trajectory
 from .runs import make_run
 
 OF_TRIALS = ["path", "clearance", "goal_error", "action", "solver_time"]
-BUILTIN = [*OF_TRIALS, "success", "kpi", "comparison"]
+BUILTIN = [*OF_TRIALS, "success", "kpi", "comparison", "profile"]
 
 
 def _draw(trajectory: Any, axes: Any) -> None:
@@ -83,7 +83,9 @@ def test_built_in_plots_are_written(small: ReportData, tmp_path: Path, name: str
     written = write_plots(tmp_path, [name], small)
     assert not written.failures
     kpis = sum(small.trials[kpi.name].notna().any() for kpi in small.kpis)
-    pictures = {"success": 1, "kpi": kpis, "comparison": len(small.comparisons.groupby(["planner_a", "planner_b"]))}
+    directed = sum(small.trials[kpi.name].notna().any() for kpi in small.kpis if kpi.direction != "none")
+    pairs = len(small.comparisons.groupby(["planner_a", "planner_b"]))
+    pictures = {"success": 1, "kpi": kpis, "comparison": pairs, "profile": directed}
     assert len(written.paths) == 2 * pictures.get(name, 2)
     for path in written.paths:
         start = {".png": b"\x89PNG", ".pdf": b"%PDF"}[path.suffix]
