@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, ObstacleInfo
+from pytest_lpb.planner.base import FloatArray, GoalInfo, ObstacleInfo
 from pytest_lpb.planner.scene.fills import Fill, copy_of, fill_shapes, members_of, orientations
-from pytest_lpb.planner.scene.layout import FAR_M, Slot
-from pytest_lpb.planner.scene.meshes import Mesh
-from pytest_lpb.planner.scene.shapes import MESH
+from pytest_lpb.planner.scene.layout import Slot
 
 KEYS = ("obstacle_position", "obstacle_velocity", "obstacle_acceleration")
 TIMES = ("", "_velocity", "_acceleration")
@@ -45,37 +43,3 @@ def _of_shape(slot: Slot, members: list[int], numbers: FloatArray, *, moving: bo
     fills = [copy_of(key, numbers[:, slot.of_time(derivative)], rows) for derivative, key in enumerate(keys)]
     turns = orientations(slot, numbers)
     return fills if turns is None else [*fills, copy_of("obstacle_orientation", turns, rows)]
-
-
-class MeshFill:
-    """Fills in the nearest point of each mesh to each ball of the robot.
-
-    Args:
-        obstacles: all of a problem.
-        balls: centres of the robot's balls at q, (balls, 3) [m].
-        numbers: the argument, a row per mesh and ball.
-    """
-
-    def __init__(
-        self, obstacles: Sequence[ObstacleInfo], balls: Callable[[FloatArray], FloatArray], numbers: FloatArray
-    ) -> None:
-        self._members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == MESH]
-        self._meshes = [Mesh(obstacles[index]) for index in self._members]
-        self._balls = balls
-        self._slot = Slot(MESH, 3)
-        self._numbers = numbers.reshape(-1, self._slot.length)
-        self._numbers[:] = 0.0
-        self._numbers[:, self._slot.of_time(0)] = FAR_M
-
-    def __call__(self, observation: Observation) -> None:
-        """Fill in the points nearest to where the robot is."""
-        centres = self._balls(observation["q"])
-        count = len(centres)
-        slot = self._slot
-        for row, (index, mesh) in enumerate(zip(self._members, self._meshes, strict=True)):
-            position, orientation = (observation[f"obstacle_{key}"][index] for key in ("position", "orientation"))
-            numbers = self._numbers[row * count : (row + 1) * count]
-            numbers[:, slot.of_time(0)] = mesh.nearest(centres, position, orientation)
-            numbers[:, slot.of_time(1)] = observation["obstacle_velocity"][index]
-            numbers[:, slot.of_time(2)] = observation["obstacle_acceleration"][index]
-            numbers[:, slot.present] = 1.0

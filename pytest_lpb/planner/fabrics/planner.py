@@ -10,9 +10,10 @@ from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fabrics.composition import Composer
-from pytest_lpb.planner.fabrics.observed import MeshFill, goal_fills, obstacle_fills
+from pytest_lpb.planner.fabrics.observed import goal_fills, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
 from pytest_lpb.planner.scene.fills import Fill
+from pytest_lpb.planner.scene.meshes import MeshFill
 from pytest_lpb.planner.scene.shapes import MESH
 from pytest_lpb.planner.scene.structure import Structure
 from pytest_lpb.planner.task import check_control
@@ -48,7 +49,8 @@ class Fabrics(Planner):
         self._fills: list[Fill] = goal_fills(problem.goal, arguments)
         self._fills += obstacle_fills(problem.obstacles, arguments, problem.dimension)
         if composed.points is not None:
-            self._fills.append(_mesh_fill(problem, composed.points, arguments))
+            meshes = MeshFill(problem.obstacles, composed.points, arguments[f"obstacles_{MESH}"])
+            self._fills.append(_mesh_fill(meshes))
         # Under velocity control the action is the velocity after one period.
         self._step = problem.period if problem.control == "velocity" else None
 
@@ -108,12 +110,5 @@ def _composed(structure: Structure) -> Composed:
     return Composed(function, composer.points() if MESH in structure.capacities else None)
 
 
-def _mesh_fill(problem: PlannerProblem, points: Any, arguments: Any) -> MeshFill:
-    buffered = BufferedFunction(points)
-
-    def balls(q: FloatArray) -> FloatArray:
-        buffered.arguments["q"][:] = q
-        buffered()
-        return buffered.results["points"].reshape(-1, 3)
-
-    return MeshFill(problem.obstacles, balls, arguments[f"obstacles_{MESH}"])
+def _mesh_fill(meshes: MeshFill) -> Fill:
+    return lambda observation: meshes.fill(observation, observation["q"])

@@ -8,10 +8,11 @@ import numpy as np
 
 from pytest_lpb.planner.base import FloatArray, Observation, PlannerProblem
 from pytest_lpb.planner.mpc.composed import Composed, goal_weights_of, weights_of
-from pytest_lpb.planner.mpc.observed import MeshFill, goal_fills, obstacle_fills
+from pytest_lpb.planner.mpc.observed import goal_fills, obstacle_fills
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program
 from pytest_lpb.planner.scene.fills import Fill
+from pytest_lpb.planner.scene.meshes import MeshFill
 from pytest_lpb.planner.scene.shapes import MESH
 from pytest_lpb.symbolic.buffered import BufferedFunction
 
@@ -31,15 +32,14 @@ class Horizon:
         self._stage = BufferedFunction(composed.stage)
         self._rollout = BufferedFunction(composed.rollout)
         self._slopes = None if composed.slopes is None else BufferedFunction(composed.slopes)
-        self._points = None if composed.points is None else BufferedFunction(composed.points)
         self._weights, self._goal_weights = weights_of(parameters), goal_weights_of(parameters)
         self._proximal = parameters.proximal
         steps, arguments = self.sizes.steps, self._stage.arguments
         self._fills: list[Fill] = goal_fills(problem.goal, arguments["goals"].reshape(steps, -1))
         self._fills += obstacle_fills(problem.obstacles, arguments, steps, problem.dimension)
         self._meshes: MeshFill | None = None
-        if self._points is not None:
-            self._meshes = MeshFill(problem.obstacles, self._balls, arguments[f"obstacles_{MESH}"], steps)
+        if composed.points is not None:
+            self._meshes = MeshFill(problem.obstacles, composed.points, arguments[f"obstacles_{MESH}"], steps)
 
     @property
     def arguments(self) -> Mapping[str, FloatArray]:
@@ -116,11 +116,3 @@ class Horizon:
         by_state = slopes.results["A"].reshape(sizes.steps, sizes.states, sizes.states)
         by_input = slopes.results["B"].reshape(sizes.steps, sizes.inputs, sizes.states)
         return by_state.transpose(0, 2, 1), by_input.transpose(0, 2, 1)
-
-    def _balls(self, q: FloatArray) -> FloatArray:
-        """Centres of the robot's balls at the q of each step (N, dof): (N, balls, 3) [m]."""
-        points = self._points
-        assert points is not None
-        points.arguments["q"][:] = q.reshape(points.arguments["q"].shape)
-        points.evaluate()
-        return points.results["points"].reshape(self.sizes.steps, -1, 3)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from pytest_lpb.planner.base import FloatArray, ObstacleInfo
-from pytest_lpb.planner.scene.shapes import TINY
+from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
+from pytest_lpb.planner.scene.layout import FAR_M, Slot
+from pytest_lpb.planner.scene.shapes import MESH, TINY
 from pytest_lpb.problem.spatial.rotations import matrix_of
+from pytest_lpb.symbolic.buffered import BufferedFunction
 
 SPACING_M = 0.02  # [m] between the points that stand for a mesh
 
@@ -47,3 +50,50 @@ def _searchable(file: str, scale: float, concave: bool, _changed: int, _size: in
 
     points, reach = surface_sample(file, scale, SPACING_M, concave=concave)
     return cKDTree(points), reach
+
+
+class MeshFill:
+    """Fills in the point of each mesh that is nearest to each ball of the robot, at each step ahead.
+
+    Args:
+        obstacles: all of a problem.
+        points: composed function of `q` at all steps to the `points` (3, balls) of each [m].
+        numbers: the argument, for each step a row per mesh and ball.
+        steps: that are looked ahead, from the preview of the observation; 1: now.
+    """
+
+    def __init__(self, obstacles: Sequence[ObstacleInfo], points: Any, numbers: FloatArray, steps: int = 1) -> None:
+        self._members = [index for index, obstacle in enumerate(obstacles) if obstacle.shape == MESH]
+        self._meshes = [Mesh(obstacles[index]) for index in self._members]
+        self._ahead = [obstacles[index].moving and steps > 1 for index in self._members]
+        self._points = BufferedFunction(points)
+        self._steps = steps
+        self._slot = Slot(MESH, 3)
+        self._numbers = numbers.reshape(steps, -1, self._slot.length)
+        self._numbers[:] = 0.0
+        self._numbers[:, :, self._slot.of_time(0)] = FAR_M
+
+    def fill(self, observation: Observation, q: FloatArray) -> None:
+        """Fill in the points nearest to where the robot is or will be, q (dof,) or (N, dof)."""
+        centres = self._centres(q)
+        count, slot = centres.shape[1], self._slot
+        for row, (index, mesh) in enumerate(zip(self._members, self._meshes, strict=True)):
+            numbers = self._numbers[:, row * count : (row + 1) * count]
+            orientation = observation["obstacle_orientation"][index]
+            if self._ahead[row]:
+                for step, there in enumerate(observation["obstacle_position_preview"][index]):
+                    numbers[step, :, slot.of_time(0)] = mesh.nearest(centres[step], there, orientation)
+            else:
+                here = observation["obstacle_position"][index]
+                nearest = mesh.nearest(centres.reshape(-1, 3), here, orientation)
+                numbers[:, :, slot.of_time(0)] = nearest.reshape(centres.shape)
+            numbers[:, :, slot.of_time(1)] = observation["obstacle_velocity"][index]
+            numbers[:, :, slot.of_time(2)] = observation["obstacle_acceleration"][index]
+            numbers[:, :, slot.present] = 1.0
+
+    def _centres(self, q: FloatArray) -> FloatArray:
+        """Centres of the balls at each step, (N, balls, 3) [m]."""
+        argument = self._points.arguments["q"]
+        argument[:] = q.reshape(argument.shape)
+        self._points()
+        return self._points.results["points"].reshape(self._steps, -1, 3)
