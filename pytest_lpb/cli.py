@@ -136,7 +136,7 @@ def _check_formats(options: argparse.Namespace) -> None:
         for name in getattr(options, option) or ():
             if name not in allowed:
                 hint = suggestion(name, allowed)
-                raise LpbError(f"--{option.replace('_', '-')}: no format {name!r}{hint}; there are {listed(allowed)}")
+                raise LpbError(f"--{option.replace('_', '-')}: no format {name!r}; there are {listed(allowed)}{hint}")
     if options.plot_format and options.plot is None:
         raise LpbError("--plot-format is for plots; add --plot, or --plot=NAME")
     if options.trial and options.export:

@@ -184,6 +184,27 @@ def test_plots(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     sys.modules.pop("my_plots")
 
 
+def test_plots_in_one_format(run: Path) -> None:
+    before = raw_data(run)
+    assert main([str(run), "--plot=success,kpi", "--plot-format=pdf", "--kpis=path_length_m"]) == 0
+    files = {path.name for path in (run / "selected" / "plots").rglob("*") if path.is_file()}
+    assert files == {"success.pdf", "path_length_m.pdf"}
+    assert raw_data(run) == before
+
+
+def test_export(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run), "--export=latex,markdown"]) == 0
+    assert (
+        f"tables: summary.tex, comparisons.tex, summary.md, comparisons.md in {run / 'tables'}"
+        in capsys.readouterr().out
+    )
+    summary = (run / "tables" / "summary.md").read_text(encoding="utf-8")
+    assert "time to goal \\[s\\]" in summary
+    assert main([str(run), "--export=markdown", "--kpis=ldj", "--output", str(run / "other")]) == 0
+    head = (run / "other" / "tables" / "summary.md").read_text(encoding="utf-8").splitlines()[2]
+    assert head == "| scenario | planner | trials | problems | success \\[%\\] | ldj |"
+
+
 KPI = """
 from pytest_lpb import kpi
 
@@ -355,6 +376,11 @@ def test_a_trial_file_of_another_trial(run: Path, capsys: pytest.CaptureFixture[
         (["--compare=pd"], "--compare takes two planners, found pd"),
         (["--planners=pd", "--compare=pd,potential_field"], "--compare names a planner that --planners leaves out"),
         (["--trial=x", "--planners=pd"], "--trial shows one trial"),
+        (["--plot", "--plot-format=gif"], "--plot-format: no format 'gif'"),
+        (["--plot-format=pdf"], "--plot-format is for plots; add --plot"),
+        (["--export=latx"], "--export: no format 'latx'; there are latex, markdown; did you mean 'latex'?"),
+        (["--export="], "--export: found no name"),
+        (["--trial=x", "--export=latex"], "--export writes tables of all trials"),
     ],
 )
 def test_options_that_contradict_each_other(

@@ -13,7 +13,7 @@ from pytest_lpb.report.replay.numbers import fine_step, listed
 
 FloatArray = NDArray[np.float64]
 
-MAX_TRIANGLES = 420  # of a mesh
+MAX_TRIANGLES = 600  # of a mesh
 POSITION_PARTS = 1000  # in which a mesh's longest side is told
 SAME_VERTEX = 1_000_000  # cells along the longest side within which corners are one vertex
 CELLS = (64, 48, 36, 28, 22, 18, 14, 11, 9, 7, 5, 3)  # along the longest side, tried in turn

@@ -78,3 +78,7 @@ function boxOf(tracks) {
   const high = tracks[0].high.map((_, axis) => Math.max(...tracks.map((track) => track.high[axis])));
   return [low, high];
 }
+
+// Whether a trial just ended at an obstacle; beside a longer trial the obstacle moves on.
+const struckAt = (obstacle, tracks, t) => tracks.some((track) =>
+  track.touched === obstacle.name && t >= track.end - 1e-9 && t < track.end + 0.5);

@@ -57,7 +57,7 @@ class PlanarStage {
 
   obstacle(obstacle, t) {
     const { context } = this;
-    const struck = this.tracks.some((track) => track.touched === obstacle.name && t >= track.end - 1e-9);
+    const struck = struckAt(obstacle, this.tracks, t);
     const [x, y, angle] = obstacle.poses.body(0, t);
     context.fillStyle = css(colour("--obstacle"));
     context.strokeStyle = css(colour(struck ? "--contact" : "--obstacle-edge"));

@@ -142,7 +142,7 @@ class SpatialStage {
   }
 
   obstacle(meshes, obstacle, t) {
-    const struck = this.tracks.some((track) => track.touched === obstacle.name && t >= track.end - 1e-9);
+    const struck = struckAt(obstacle, this.tracks, t);
     const hue = colour(struck ? "--contact" : "--obstacle");
     const pose = poseOf(obstacle.poses.body(0, t));
     meshes.forEach((mesh) => this.mesh(mesh, pose, hue, this.camera.through));
