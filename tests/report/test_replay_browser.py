@@ -150,7 +150,7 @@ def test_a_permalink_survives_reloading_and_back_works(browser: Chromium, report
     browser.run(f"{chips}[0].click()")
     wait_for(browser, "document.documentElement?.dataset.route.startsWith('#/trial/')")
     heading = browser.run(HEADING)
-    browser.run("location.reload()")
+    browser.run("document.documentElement.dataset.route = 'before'; location.reload()")
     wait_for(browser, "document.documentElement?.dataset.route === location.hash")
     assert browser.run(HEADING) == heading
     browser.run("history.back()")
