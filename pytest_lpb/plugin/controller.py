@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -152,8 +153,9 @@ class ControllerPlugin:
                 self._faults = list(evaluation.warnings)
                 if self._session.assertion == "rate":
                     self._rates = judge_rates(evaluation.trials, folder)
-                self._judge(evaluation)
                 self._data = write_tables(evaluation, folder.path)
+                self._judge(evaluation)
+                self._data = replace(self._data, gate=self._gate)
                 write_report(folder.path / REPORT_FILE, self._data)
             except (LpbError, OSError) as error:
                 self._faults.append(str(error))
@@ -172,8 +174,9 @@ class ControllerPlugin:
         try:
             gate = self._session.checked_gate.gate()
             self._gate = gate.judge(evaluation.trials, evaluation.run.info()["machine"])
-        except (LpbError, OSError) as error:
-            self._faults.append(f"the gate cannot be judged: {error}")
+        except Exception as error:
+            # Whatever it is, it costs no more than the verdicts.
+            self._faults.append(f"the gate cannot be judged: {in_one_line(error)}")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter, exitstatus: int) -> None:
         """Print the table of planners, what failed, and where the report is."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -12,6 +13,7 @@ from pytest_lpb.report.report import write_report
 from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.gate import GateResult
 from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
@@ -57,9 +59,11 @@ def _retimed(evaluation: Evaluation, folder: Path | None) -> tuple[Retimed | Non
     return None, []
 
 
-def write_results(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
+def write_results(
+    evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None, gate: GateResult | None = None
+) -> ReportData:
     """Write tables and report of an evaluated run into a folder. Same raw data, same bytes."""
-    data = write_tables(evaluation, folder, pair)
+    data = replace(write_tables(evaluation, folder, pair), gate=gate)
     write_report(folder / REPORT_FILE, data)
     return data
 

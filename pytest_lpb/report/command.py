@@ -61,14 +61,14 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
     # With Markdown on the standard output, everything else goes where it is no part of it.
     with redirect_stdout(sys.stderr if options.markdown == STANDARD_OUTPUT else sys.stdout):
         warnings += _retime(run, shown, options, folder)
-        data = write_results(shown, folder, options.compare and tuple(options.compare))
+        data = write_results(shown, folder, options.compare and tuple(options.compare), judged)
         _print(data, judged, options)
         failures = _plot(data, options, folder)
         if options.export is not None:
             _export(data, options, folder / TABLES)
         print(f"report: {folder / REPORT_FILE}")
     if options.markdown is not None:
-        _write_markdown(options.markdown, markdown_summary(data, judged))
+        _write_markdown(options.markdown, markdown_summary(data))
     closed = options.baseline is not None and judged is not None and judged.closed
     return [*warnings, *data.warnings, *failures], closed
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pytest_lpb.retime.result import Retimed
+    from pytest_lpb.run.gate import GateResult
     from pytest_lpb.trajectory import Trajectory
 
 
@@ -36,4 +37,5 @@ class ReportData:
     trajectory_of: Callable[[str], Trajectory]  # raw data of the trial with this node id
     warnings: Sequence[str] = ()
     retimed: Retimed | None = None  # calls timed again by `lpb-report --retime`
+    gate: GateResult | None = None  # verdicts against a baseline
     title: str = ""  # the run folder's name

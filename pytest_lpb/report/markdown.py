@@ -26,11 +26,11 @@ MAX_MESSAGE = 160  # characters of a failed trial's message
 SIGNS = {REGRESSED: "❌", INCONCLUSIVE: "❔"}
 
 
-def markdown_summary(data: ReportData, gate: GateResult | None = None) -> str:
+def markdown_summary(data: ReportData) -> str:
     """Planners, the gate's verdicts, clear comparisons and failed trials; what does not fit is left out, and told."""
     parts = [_title(data), _planners(data)]
-    if gate is not None:
-        parts.append(_gate(gate))
+    if data.gate is not None:
+        parts.append(_gate(data.gate))
     parts += [_comparisons(data), _failures(data)]
     text = ""
     for part in filter(None, ("\n".join(lines) for lines in parts)):

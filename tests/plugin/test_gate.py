@@ -329,10 +329,13 @@ def test_lpb_report_judges_a_gated_run_again(gated: Project, capsys: pytest.Capt
     set_speed(gated, SLOWER)
     assert gated.run(BASELINE, "--lpb-fail-on=time_to_goal_s:10%", "scenarios", planners="mine").ret == 1
     run = str(gated.runs()[-1])
+    page = gated.runs()[-1] / "report.html"
+    before = page.read_bytes()
     capsys.readouterr()
     # Looking at a run that failed is no failure; asking whether it regressed is.
     assert main([run]) == 0
     assert "GATE CLOSED: 1 verdict regressed" in capsys.readouterr().out
+    assert page.read_bytes() == before
     assert main([run, "--baseline=baseline.json", "--fail-on=time_to_goal_s:10%"]) == 1
     assert main([run, "--baseline=baseline.json", "--fail-on=time_to_goal_s:300%"]) == 0
     (gated.path / "baseline.json").unlink()

@@ -47,7 +47,7 @@ def tables(text: str) -> list[list[str]]:
 
 def summary(old: pd.DataFrame, new: pd.DataFrame, *margins: str) -> str:
     gate = Gate(Old(old), parse_margins(margins, KPIS, "--x")).judge(new, MACHINE)
-    return markdown_summary(report_data(all_kpis(new)), gate)
+    return markdown_summary(dataclasses.replace(report_data(all_kpis(new)), gate=gate))
 
 
 def test_a_closed_gate() -> None:
