@@ -61,9 +61,9 @@ def is_worker(config: pytest.Config) -> bool:
 
 def _session(config: pytest.Config) -> LpbSession:
     resumed = _resumed(config)
+    problems = _problems(config)
     typed = typed_options(config)
     study = study_of(config)
-    problems = _problems(config)
     references = chosen_planners(config)
     if not references:
         raise LpbError("--lpb-problems: choose planners to run the problems with: --lpb-planners=A,B")
@@ -131,6 +131,8 @@ def _problems(config: pytest.Config) -> RunFolder | None:
     if value is None:
         return None
     run = run_folder_of(config, "problems", value)
+    # `latest` leads to the new run soon: what is recorded, and repeats trials, names the folder itself.
+    config.option.lpb_problems = os.path.relpath(run.path, config.invocation_params.dir)
     take_problems(config, run)
     return run
 

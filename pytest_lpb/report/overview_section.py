@@ -43,4 +43,4 @@ def notes(data: ReportData) -> list[str]:
         found.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
     if data.trials["timing_contended"].eq(True).any():
         found.append("† Timing was contended: other work ran on the same cores. Such figures do not compare planners.")
-    return found
+    return [*found, *data.run_info.get("notes", ())]

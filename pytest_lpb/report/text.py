@@ -44,6 +44,7 @@ def planner_notes(data: ReportData) -> Iterator[str]:
     repeated = overall[overall["problems"] < overall["trials"]]
     if len(repeated):
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
+    yield from data.run_info.get("notes", ())
 
 
 def _overall(data: ReportData) -> pd.DataFrame:

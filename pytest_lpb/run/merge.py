@@ -11,6 +11,7 @@ import pandas as pd
 
 from pytest_lpb.run.evaluation import Evaluation, RunSource
 
+KEY = ["scenario", "planner", "seed"]
 ENDING = re.compile(r"-([0-9a-f]{6})$")  # of a run folder's name
 
 
@@ -22,7 +23,7 @@ class MergedRun:
         self._info = info
 
     def info(self) -> Mapping[str, Any]:
-        """As run.json, with `merged`: the runs."""
+        """As run.json, with `merged`: the runs, and `notes`: what there is to know of that."""
         return self._info
 
 
@@ -39,19 +40,25 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
     warnings = [warning for evaluation in evaluations for warning in evaluation.warnings]
     frames = [_renamed(evaluation.trials, names[index]) for index, evaluation in enumerate(evaluations)]
     trials = pd.concat(frames, ignore_index=True)
-    repeated = trials.duplicated(["scenario", "planner", "seed"])
-    if repeated.any():
-        warnings.append(f"{int(repeated.sum())} trials are in several of the runs; they count once, as in the first")
-    infos = [evaluation.run.info() for evaluation in evaluations]
-    if any(info["machine"] != infos[0]["machine"] for info in infos):
+    repeated = trials.duplicated(KEY)
+    differing = trials.groupby(KEY)["trajectory_hash"].nunique().gt(1).sum()
+    if differing:
+        warnings.append(
+            f"{differing} trials are in several of the runs and differ there: something is not deterministic; "
+            "they count once, as in the first"
+        )
+    notes = [f"{repeated.sum()} trials are in several of the runs; each counts once"] if repeated.any() else []
+    machines = [evaluation.run.info()["machine"] for evaluation in evaluations]
+    if any(machine != machines[0] for machine in machines):
         trials["timing_contended"] = True
-        warnings.append("the runs were made on different machines: their times do not compare")
-    trials = trials[~repeated].sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
-    first = evaluations[0]
-    return Evaluation(_merged_run(evaluations, names), trials, first.kpis, warnings)
+        notes.append("the runs were made on different machines: their times do not compare")
+    trials = trials[~repeated].sort_values(KEY, ignore_index=True, kind="stable")
+    return Evaluation(_merged_run(evaluations, names, notes), trials, evaluations[0].kpis, warnings)
 
 
-def _merged_run(evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, str]]) -> RunSource:
+def _merged_run(
+    evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, str]], notes: Sequence[str]
+) -> RunSource:
     infos = [evaluation.run.info() for evaluation in evaluations]
     runs = [evaluation.run.name for evaluation in evaluations]
     planners = {
@@ -60,7 +67,7 @@ def _merged_run(evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, 
         for name, planner in info["planners"].items()
     }
     scenarios = {key: scenario for info in infos for key, scenario in info["scenarios"].items()}
-    info = {**infos[0], "planners": planners, "scenarios": scenarios, "merged": runs}
+    info = {**infos[0], "planners": planners, "scenarios": scenarios, "merged": runs, "notes": notes}
     return MergedRun(" + ".join(runs), info)
 
 

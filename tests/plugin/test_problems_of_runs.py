@@ -51,7 +51,10 @@ def test_a_failure_is_repeated(ran: Project) -> None:
     assert result.ret == 1
     (command,) = [line for line in dict.fromkeys(result.stdout.lines) if line.startswith("repeat: ")]
     digest = list(ran.hashes().values())
-    ran.run(*command.removeprefix("repeat: pytest ").split(), planners=None)
+    (_, second) = ran.runs()
+    again = ran.run(*command.removeprefix("repeat: pytest ").split(), planners=None)
+    again.assert_outcomes(failed=1)
+    assert ran.runs()[-1] != second
     assert list(ran.hashes().values()) == digest
 
 

@@ -36,7 +36,8 @@ def test_the_same_trials_count_once(runs: list[RunFolder]) -> None:
     evaluations = [evaluate(run, ["time_to_goal_s"]) for run in runs]
     merged = merge(evaluations)
     assert merged.table().to_csv() == evaluations[0].table().to_csv()
-    assert merged.warnings == ["8 trials are in several of the runs; they count once, as in the first"]
+    assert merged.warnings == []
+    assert merged.run.info()["notes"] == ["8 trials are in several of the runs; each counts once"]
     assert merged.run.info()["merged"] == [run.name for run in runs]
 
 
@@ -58,7 +59,15 @@ def test_times_of_two_machines_do_not_compare(runs: list[RunFolder]) -> None:
     change(runs[1], "cpu")
     merged = merge([evaluate(run, ["time_to_goal_s"]) for run in runs])
     assert merged.trials["timing_contended"].all()
-    assert "the runs were made on different machines: their times do not compare" in merged.warnings
+    assert "the runs were made on different machines: their times do not compare" in merged.run.info()["notes"]
+
+
+def test_trials_that_differ_are_warned_of(runs: list[RunFolder]) -> None:
+    first, second = (evaluate(run, ["time_to_goal_s"]) for run in runs)
+    second.trials.loc[0, "trajectory_hash"] = "another"
+    merged = merge([first, second])
+    (warning,) = merged.warnings
+    assert warning.startswith("1 trials are in several of the runs and differ there")
 
 
 def test_the_order_of_runs_changes_no_row(runs: list[RunFolder]) -> None:
