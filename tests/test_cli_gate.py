@@ -55,6 +55,16 @@ def test_planner_of_the_run_as_baseline(run: Path, capsys: pytest.CaptureFixture
     assert "potential_field (was pd)" in capsys.readouterr().out
 
 
+def test_one_scenario_alone(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    saved(run)
+    gate = ["--baseline", str(run.parent / "baseline.json"), "--scenarios=drawn"]
+    capsys.readouterr()
+    assert main([str(run), *gate]) == 0
+    text = capsys.readouterr().out
+    assert text.count("2 common problems; 20 are needed") == 2
+    assert "not compared" not in text
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

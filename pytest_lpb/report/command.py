@@ -129,7 +129,7 @@ def _verdicts(evaluation: Evaluation, options: argparse.Namespace, asked: GateOp
     gate = asked.gate(folder, planners, evaluation.kpis).gate()
     scenarios = evaluation.selected(Selection(scenarios=options.scenarios)).trials
     result = gate.judge(scenarios, evaluation.run.info().get("machine") or {})
-    return result if options.planners is None else result.of(options.planners)
+    return result.of(options.planners, options.scenarios)
 
 
 def _write_markdown(path: Path, text: str) -> None:

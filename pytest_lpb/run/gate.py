@@ -57,12 +57,13 @@ class GateResult:
         """How many verdicts are this one."""
         return sum(entry.verdict == verdict for entry in self.verdicts)
 
-    def of(self, planners: Collection[str]) -> GateResult:
-        """The verdicts on some planners."""
+    def of(self, planners: Collection[str] | None, scenarios: Collection[str] | None = None) -> GateResult:
+        """The verdicts on some planners; and of the problems left out, those of some scenarios. None: all."""
+        planners = planners or {entry.planner for entry in self.verdicts} | set(self.unknown)
         return replace(
             self,
             verdicts=[entry for entry in self.verdicts if entry.planner in planners],
-            left_out={name: entry for name, entry in self.left_out.items() if name in planners},
+            left_out={name: entry.of(scenarios) for name, entry in self.left_out.items() if name in planners},
             unknown=[name for name in self.unknown if name in planners],
         )
 

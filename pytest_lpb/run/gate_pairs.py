@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -45,6 +45,11 @@ class LeftOut:
     missing: tuple[tuple[str, int], ...] = ()  # only the baseline has them
     new: tuple[tuple[str, int], ...] = ()  # only the run has them
     changed: tuple[tuple[str, int], ...] = ()  # both have them, but the problem is another one
+
+    def of(self, scenarios: Collection[str] | None) -> LeftOut:
+        """Those of some scenarios; None: all."""
+        kinds = (self.missing, self.new, self.changed)
+        return LeftOut(*(tuple(key for key in keys if scenarios is None or key[0] in scenarios) for keys in kinds))
 
 
 class Sample(NamedTuple):
