@@ -76,9 +76,14 @@ def pointwise_band(
     limits = np.asarray(bounds, dtype=np.float64)
     if not strata:
         return np.full(len(limits), np.nan), np.full(len(limits), np.nan)
-    drawn = np.zeros((resamples, len(limits)))
-    for values in strata:
+    # Bounds between the same values have the same shares, and a share of 0 or 1 is the same in every resample.
+    shares, place = np.unique([_share(values, limits) for values in strata], axis=1, return_inverse=True)
+    drawn = np.zeros((resamples, shares.shape[1]))
+    for values, share in zip(strata, shares, strict=True):
         size = len(np.asarray(values))
-        drawn += rng.binomial(size, _share(values, limits), size=drawn.shape) / (size * len(strata))
+        varies = (share > 0) & (share < 1)
+        drawn[:, ~varies] += share[~varies] / len(strata)
+        counts = rng.binomial(size, share[varies], size=(resamples, int(varies.sum())))
+        drawn[:, varies] += counts / (size * len(strata))
     low, high = np.quantile(drawn, [(1 - confidence) / 2, (1 + confidence) / 2], axis=0)
-    return low, high
+    return low[place.reshape(-1)], high[place.reshape(-1)]

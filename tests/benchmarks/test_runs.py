@@ -25,14 +25,14 @@ SCENARIO = {
 COLLECTED = 10_000
 TRIALS = 1_000
 
-# Runs a command and prints its seconds and the largest memory of any process in it [MiB].
+# Runs a command and prints its seconds, those of processors, and the largest memory of any process in it [MiB].
 MEASURE = """
 import json, resource, subprocess, sys, time
 started = time.perf_counter()
 result = subprocess.run(sys.argv[1:], capture_output=True, text=True)
 seconds = time.perf_counter() - started
-peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-print(json.dumps({"s": seconds, "peak_mib": peak, "code": result.returncode,
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(json.dumps({"s": seconds, "cpu_s": used.ru_utime + used.ru_stime, "peak_mib": used.ru_maxrss / 1024, "code": result.returncode,
     "end": result.stdout[-300:] + result.stderr[-2000:]}))
 """
 
