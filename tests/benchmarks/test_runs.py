@@ -32,8 +32,8 @@ started = time.perf_counter()
 result = subprocess.run(sys.argv[1:], capture_output=True, text=True)
 seconds = time.perf_counter() - started
 used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(json.dumps({"s": seconds, "cpu_s": used.ru_utime + used.ru_stime, "peak_mib": used.ru_maxrss / 1024, "code": result.returncode,
-    "end": result.stdout[-300:] + result.stderr[-2000:]}))
+print(json.dumps({"s": seconds, "cpu_s": used.ru_utime + used.ru_stime, "peak_mib": used.ru_maxrss / 1024,
+    "code": result.returncode, "end": result.stdout[-300:] + result.stderr[-2000:]}))
 """
 
 # Evaluates the run folder of its argument: tables and report.
