@@ -53,8 +53,8 @@ def in_one_line(error: BaseException) -> str:
     """An exception in one line: type, text, and the file and line that raised it."""
     try:
         text = str(error)
-    except Exception as failure:
-        # An exception of someone else's may fail to say what it is.
+    except BaseException as failure:
+        # An exception of someone else's may fail to say what it is, in any way.
         text = f"(its text cannot be shown: {type(failure).__name__})"
     told = isinstance(error, ImportError | LpbError) and text
     line = (text if told else f"{type(error).__name__}: {text}" if text else type(error).__name__).replace("\n", " ")

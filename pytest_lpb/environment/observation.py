@@ -147,6 +147,5 @@ class Observation:
 
 
 def _read_only(array: FloatArray) -> FloatArray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    # Not array.view(): whose view it is may make that writeable again.
+    return np.asarray(array.data.toreadonly())

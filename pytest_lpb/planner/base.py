@@ -10,11 +10,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.planner.read_only import ReadOnlyDict
 from pytest_lpb.planner.registry import register
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
-from pytest_lpb.problem.robot import Robot, robot_from
+from pytest_lpb.problem.robot import Limits, Robot, robot_from
 
 FloatArray = NDArray[np.float64]
 Observation = Mapping[str, FloatArray]
@@ -53,6 +54,12 @@ class ObstacleInfo:
 OBSTACLE_KEYS = tuple(field.name for field in fields(ObstacleInfo))
 
 
+def arrays_of(robot: Robot) -> dict[str, FloatArray]:
+    """Arrays of a robot that planners are told of, by the path that leads to them."""
+    limits = {f"problem.robot.limits.{field.name}": getattr(robot.limits, field.name) for field in fields(Limits)}
+    return {"problem.robot.base_pose": robot.base_pose, **limits}
+
+
 @dataclass(frozen=True)
 class Structure:
     """What a composed solver depends on; hashable, to cache solvers by."""
@@ -78,9 +85,14 @@ class PlannerProblem:
         self.period: float = entry["period"]
         self.duration: float = entry["duration"]
         self.robot: Robot = robot_from(entry["robot"])
+        for array in arrays_of(self.robot).values():
+            array.flags.writeable = False
         self.control: str = self.robot.control
         self.dimension: int = self.robot.dimension
-        self.goal = tuple(GoalInfo(**goal) for goal in entry["goal"])
+        self.goal = tuple(
+            GoalInfo(**{**goal, "entry": ReadOnlyDict(f"problem.goal[{index}].entry", goal["entry"])})
+            for index, goal in enumerate(entry["goal"])
+        )
         self.obstacles = tuple(
             ObstacleInfo(**{**item, "size": tuple(item["size"]) if item["size"] else None})
             for item in entry["obstacles"]

@@ -9,6 +9,7 @@ import pytest
 
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.junit import add_properties
+from pytest_lpb.trial.loop import shortened
 
 REPORT_ATTRIBUTE = "lpb"  # one JSON string: it crosses xdist and leaves junit files as they are
 
@@ -22,6 +23,9 @@ class WorkerPlugin:
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Add outcome and message to the report of a trial's call."""
         report = yield
+        if isinstance(item, TrialItem):
+            # What a planner prints travels with the report, and is printed when its trial fails.
+            report.sections = [(title, shortened(text)) for title, text in report.sections]
         if isinstance(item, TrialItem) and call.when == "call" and item.trajectory is not None:
             metadata = item.trajectory.metadata
             result = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import traceback
 import warnings
 from collections import deque
@@ -17,8 +18,13 @@ import numpy as np
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.errors import Infeasible, LpbError, PlannerError, in_one_line
-from pytest_lpb.planner.base import Planner
+from pytest_lpb.planner.base import Planner, PlannerProblem
+from pytest_lpb.trial import read_only
+from pytest_lpb.trial.guard import UserInterruptError, end_if_forked
 from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
+
+MAX_FAULT = 1_000  # characters of a message
+MAX_DETAILS = 20_000  # characters of a traceback
 
 
 @dataclass
@@ -41,6 +47,7 @@ class Log:
     fault: str = ""  # what went wrong in the software, in one line
     details: str = ""  # its traceback
     loop_ns: int = 0
+    process: int = field(default_factory=os.getpid)
 
 
 @contextmanager
@@ -62,7 +69,13 @@ def undisturbed() -> Iterator[None]:
             gc.enable()
 
 
-def run_loop(environment: ScenarioEnvironment, planner: Planner, every: int, delay: int) -> Log:
+def run_loop(
+    environment: ScenarioEnvironment,
+    planner: Planner,
+    every: int,
+    delay: int,
+    problem: PlannerProblem | None = None,
+) -> Log:
     """Run a trial that `environment.reset` and `planner.setup` have prepared.
 
     Args:
@@ -70,6 +83,7 @@ def run_loop(environment: ScenarioEnvironment, planner: Planner, every: int, del
         planner: asked at every `every`-th row; between, its last action is held.
         every: steps per call.
         delay: steps by which actions act later; the robot is given zeros before the first.
+        problem: what the planner was told, for messages.
     """
     log = Log()
     with undisturbed():
@@ -80,13 +94,23 @@ def run_loop(environment: ScenarioEnvironment, planner: Planner, every: int, del
         except Infeasible as error:
             ended(log, INFEASIBLE, error)
         except (_PlannerFaultError, PlannerError) as error:
-            ended(log, PLANNER_ERROR, error.__cause__ or error)
+            cause = error.__cause__ or error
+            ended(log, PLANNER_ERROR, cause)
+            log.fault += read_only.hint(cause, environment.observe(), problem)
         except Exception as error:
             # A simulator may fail in any way on any input; the trial ends, its rows so far are kept.
             ended(log, ENVIRONMENT_ERROR, error)
         log.loop_ns = perf_counter_ns() - started
     log.outcome = log.outcome or environment.outcome or ""
     return log
+
+
+def shortened(text: str) -> str:
+    """Beginning and end of a text that is too long to keep in every table."""
+    if len(text) <= MAX_DETAILS:
+        return text
+    half = MAX_DETAILS // 2
+    return f"{text[:half]}\n[{len(text) - MAX_DETAILS} characters left out]\n{text[-half:]}"
 
 
 class _PlannerFaultError(Exception):
@@ -117,22 +141,29 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
     started = perf_counter_ns()
     try:
         result = planner.compute_action(seen)
-    except (Infeasible, KeyboardInterrupt):
+    except (Infeasible, UserInterruptError):
         raise
     except BaseException as error:
         # Whatever else a planner raises is that trial's outcome, not the end of a study.
         raise _PlannerFaultError from error
     finally:
+        end_if_forked(log.process)
         ended = perf_counter_ns()
         cpu_ended = thread_time_ns()
         log.call_row.append(row)
         log.call_wall_ns.append(ended - started)
         log.call_cpu_ns.append(cpu_ended - cpu_started)
         log.diagnostics.append({})
-    if planner.diagnostics.__class__ is not dict or planner.diagnostics:
-        log.diagnostics[-1] = checked_diagnostics(planner.diagnostics)
-        planner.diagnostics = {}
-    return checked_action(result, size)
+    try:
+        if planner.diagnostics.__class__ is not dict or planner.diagnostics:
+            log.diagnostics[-1] = checked_diagnostics(planner.diagnostics)
+            planner.diagnostics = {}
+        return checked_action(result, size)
+    except (PlannerError, UserInterruptError):
+        raise
+    except BaseException as error:
+        # Objects of a planner's own may raise whenever they are looked at.
+        raise _PlannerFaultError from error
 
 
 def checked_diagnostics(diagnostics: Any) -> dict[str, float]:
@@ -191,7 +222,7 @@ def log_row(log: Log, environment: ScenarioEnvironment) -> None:
 def ended(log: Log, outcome: str, error: BaseException) -> Log:
     """The log of a trial that an error ends."""
     log.outcome = outcome
-    log.fault = in_one_line(error)
+    log.fault = in_one_line(error)[:MAX_FAULT]
     # What is raised on purpose says itself what is wrong; of anything else the place helps.
-    log.details = "" if isinstance(error, LpbError) else "".join(traceback.format_exception(error))
+    log.details = "" if isinstance(error, LpbError) else shortened("".join(traceback.format_exception(error)))
     return log

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from time import perf_counter_ns
 from typing import Any
 
@@ -13,8 +14,10 @@ from pytest_lpb.planner.base import Planner, PlannerProblem
 from pytest_lpb.problem.hashing import hash_of_arrays, plain
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial import read_only
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
+from pytest_lpb.trial.guard import UserInterruptError, end_if_forked, guarded
 from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.loop import Log, ended, log_row, run_loop, undisturbed
 from pytest_lpb.trial.message import outcome_message
@@ -49,12 +52,18 @@ def run_trial(
     )
     try:
         started = perf_counter_ns()
-        planner = _set_up(holder or own, parameters, PlannerProblem.of(problem, every * problem.dt))
-        setup_ms = (perf_counter_ns() - started) / NS_PER_MS
-        log = planner if isinstance(planner, Log) else run_loop(environment, planner, every, delay)
+        planner = _built(holder or own)
+        with guarded(problem.seed) as changes:
+            told = PlannerProblem.of(problem, every * problem.dt)
+            ready = planner if isinstance(planner, Log) else _set_up(planner, parameters, told)
+            setup_ms = (perf_counter_ns() - started) / NS_PER_MS
+            log = ready if isinstance(ready, Log) else run_loop(environment, ready, every, delay, told)
+        log.details = "\n".join(filter(None, [log.details.rstrip(), *changes]))
         if not log.q:
             log_row(log, environment)
         violation = environment.monitor.violation
+    except UserInterruptError:
+        raise KeyboardInterrupt from None
     finally:
         environment.close()
         if own is not None:
@@ -78,22 +87,36 @@ def failed_trial(specification: TrialSpecification, outcome: str, message: str) 
     return Trajectory(columns_of(problem, log), metadata, problem)
 
 
-def _set_up(holder: PlannerHolder | None, parameters: Any, problem: PlannerProblem) -> Planner | Log:
-    """The planner, set up; or the log of a trial that ends there, since building it or its setup raised."""
+def _built(holder: PlannerHolder | None) -> Planner | Log:
+    """The planner; or the log of a trial that ends there, since its constructor raised."""
     assert holder is not None
     try:
-        planner = holder.get()
+        return holder.get()
+    except UserInterruptError:
+        raise
+    except BaseException as error:
+        # Whatever a planner raises is that trial's outcome, not the end of a study.
+        return ended(Log(), PLANNER_ERROR, error)
+
+
+def _set_up(planner: Planner, parameters: Any, problem: PlannerProblem) -> Planner | Log:
+    """The planner, set up; or the log of a trial that ends there, since its setup raised."""
+    process = os.getpid()
+    try:
         planner.parameters = parameters
         planner.diagnostics = {}
         with undisturbed():
             planner.setup(problem)
     except Infeasible as error:
         return ended(Log(), INFEASIBLE, error)
-    except KeyboardInterrupt:
+    except UserInterruptError:
         raise
     except BaseException as error:
-        # Whatever else a planner raises is that trial's outcome, not the end of a study.
-        return ended(Log(), PLANNER_ERROR, error)
+        log = ended(Log(), PLANNER_ERROR, error)
+        log.fault += read_only.hint(error, {}, problem)
+        return log
+    finally:
+        end_if_forked(process)
     return planner
 
 

@@ -15,6 +15,7 @@ from pytest_lpb.trial.files import read_trial
 from .projects import UNSOLVED, Project, read_run, trial_files
 
 SLOW = """
+import signal
 import time
 import numpy as np
 from pytest_lpb import Planner
@@ -81,7 +82,7 @@ def wait_for_trials(project: Project, process: subprocess.Popen[bytes], count: i
 
 
 def test_an_interrupt_before_the_first_trial_ends(project: Project) -> None:
-    project.write("conftest.py", SLOW.replace("time.sleep(self.pause)", "raise KeyboardInterrupt"))
+    project.write("conftest.py", SLOW.replace("time.sleep(self.pause)", "signal.raise_signal(signal.SIGINT)"))
     project.scenario(content=UNSOLVED)
     arguments = project._arguments(("--lpb-trials=2", "scenarios"), "slow", fast=True)
     project.pytester.inline_run(*arguments, no_reraise_ctrlc=True)

@@ -1,6 +1,8 @@
 """Whatever a planner does wrong is its trial's outcome; the rows so far are kept."""
 
+import os
 import re
+import signal
 from typing import Any
 
 import numpy as np
@@ -94,15 +96,35 @@ def test_the_next_trial_is_not_touched() -> None:
     assert run("Constant").metadata["trajectory_hash"] == before
 
 
-def test_an_interrupt_is_no_fault_of_the_planner(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("method", ["setup", "compute_action"])
+def test_ctrl_c_is_no_fault_of_the_planner(monkeypatch: pytest.MonkeyPatch, method: str) -> None:
     from .planners import Still
 
     def interrupted(self: Still, observation: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGINT)
+        return np.zeros(2)
+
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        monkeypatch.setattr(Still, method, interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run("Still")
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
+@pytest.mark.parametrize("method", ["setup", "compute_action", "__init__"])
+def test_an_interrupt_of_the_planner_s_own_is_one(monkeypatch: pytest.MonkeyPatch, method: str) -> None:
+    from .planners import Still
+
+    def interrupted(self: Still, *arguments: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Still, "compute_action", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        run("Still")
+    monkeypatch.setattr(Still, method, interrupted)
+    trajectory = run("Still")
+    assert trajectory.outcome == "planner_error"
+    matches(trajectory, "KeyboardInterrupt")
 
 
 def test_faults_of_the_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
