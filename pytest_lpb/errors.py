@@ -34,7 +34,15 @@ class Infeasible(LpbError):  # noqa: N818 - the contract's public name, raised b
 
 
 class PlannerError(LpbError):
-    """A planner raised, or returned something that is not an action."""
+    """A planner raised, or returned something that is not an action; `details` is what else is known."""
+
+    def __init__(self, message: str = "", details: str = "") -> None:
+        super().__init__(message)
+        self.details = details
+
+
+class DeadlineError(PlannerError):
+    """A planner's call or setup took longer than its hard limit."""
 
 
 class RecordingError(LpbError):

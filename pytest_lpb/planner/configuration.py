@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import fnmatch
-import hashlib
-import inspect
-import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-from pydantic.errors import PydanticUserError
-
 from pytest_lpb.documents.reader import Document
 from pytest_lpb.errors import ConfigurationError
-from pytest_lpb.names import listed, suggestion
+from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.base import Planner
-from pytest_lpb.planner.registry import planner_class
+from pytest_lpb.planner.definition import Definition, definition_of
+from pytest_lpb.planner.elsewhere import FarParameters
 from pytest_lpb.problem.hashing import hash_of, plain
+from pytest_lpb.problem.preview import Preview
 
 MAX_STEPS = 1_000_000
 ROUNDING = 1e-6  # relative slack of "a multiple of dt"
@@ -35,19 +31,32 @@ class PlannerConfiguration:
     """
 
     name: str  # as users call it; the stem of its file
-    planner: str  # registered name or module:Class
+    planner: str  # registered name or module:Class; empty for a program
     parameters: Mapping[str, Any] = field(default_factory=dict)
     per_robot: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     period: float | None = None  # [s]; None: every step
     delay: float = 0.0  # [s]
     xfail: Mapping[str, Any] = field(default_factory=dict)  # by scenario glob
+    isolation: Isolation | None = None  # None: in this process
     path: Path | None = None
     document: Document | None = field(default=None, repr=False, compare=False)  # for the lines of faults
 
     @cached_property
-    def planner_class(self) -> type[Planner]:
-        """The planner's class."""
-        return planner_class(self.planner)
+    def definition(self) -> Definition:
+        """What the planner is, and where. Raises ConfigurationError when there is no such thing."""
+        definition = definition_of(self.planner, self.isolation)
+        definition.foresee(self._merges())
+        return definition
+
+    def _merges(self) -> Iterator[dict[str, Any]]:
+        """All parameters that some robot may get."""
+        names = {key.partition("@")[0] for key in self.per_robot}
+        controls = {key.partition("@")[2] for key in self.per_robot}
+        for robot in sorted(names | {""}):
+            for control in sorted(controls | {""}):
+                yield self._merged(robot, control)
+        for own in self.per_robot.values():
+            yield {**self.parameters, **own}
 
     # Parameters by (robot, control): every trial asks, and validation costs more than a trial step.
     _resolved: dict[tuple[str, str], Any] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -63,15 +72,22 @@ class PlannerConfiguration:
         known = self._resolved.get((robot, control))
         if known is not None:
             return known
+        self._resolved[robot, control] = parameters = self._validated(self._merged(robot, control), "parameters")
+        return parameters
+
+    def _merged(self, robot: str, control: str) -> dict[str, Any]:
         merged = dict(self.parameters)
         for key in (f"@{control}", robot, f"{robot}@{control}"):
             merged.update(self.per_robot.get(key, {}))
-        self._resolved[robot, control] = parameters = self._validated(merged, "parameters")
-        return parameters
+        return merged
+
+    def preview_for(self, parameters: Any) -> Preview | None:
+        """What the planner wants to see of the future with these parameters."""
+        return self.definition.preview_for(parameters)
 
     def build(self) -> Planner:
         """A new planner with the parameters that hold for no robot in particular."""
-        return self.planner_class(self._validated(dict(self.parameters), "parameters"))
+        return self.definition.build(self._validated(dict(self.parameters), "parameters"))
 
     def steps_per_call(self, dt: float) -> int:
         """Steps between two calls. Raises ConfigurationError when the period is no multiple of dt [s]."""
@@ -97,61 +113,44 @@ class PlannerConfiguration:
     @cached_property
     def parameters_hash(self) -> str:
         """SHA-256 of everything that decides what the planner does, wherever its file lies."""
-        defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
-        per_robot = plain(self.per_robot)
-        cls = self.planner_class
-        return hash_of(
-            {
-                "class": f"{cls.__module__}:{cls.__qualname__}",
-                "parameters": defaults,
-                "per_robot": per_robot,
-                "period": self.period,
-                "delay": self.delay,
-            }
-        )
+        content = {
+            "class": self.definition.identity,
+            "parameters": self._defaults(),
+            "per_robot": plain(self.per_robot),
+            "period": self.period,
+            "delay": self.delay,
+        }
+        elsewhere = plain(self.isolation.hashed()) if self.isolation else None
+        return hash_of(content | {"isolation": elsewhere} if elsewhere else content)
 
     @cached_property
     def source_hash(self) -> str:
         """SHA-256 of the file of the planner's class, or of all in its folder if that is a package; empty when none."""
-        try:
-            source = inspect.getsourcefile(self.planner_class)
-        except TypeError:
-            return ""
-        if source is None or not Path(source).is_file():
-            return ""
-        file = Path(source)
-        packaged = (file.parent / "__init__.py").is_file()
-        files = sorted(path for path in file.parent.rglob("*.py") if path.is_file()) if packaged else [file]
-        digest = hashlib.sha256()
-        for path in files:
-            digest.update(path.relative_to(file.parent).as_posix().encode() + b"\0" + path.read_bytes())
-        return digest.hexdigest()
+        return self.definition.source_hash
 
     @property
     def source(self) -> dict[str, str] | None:
         """Module and file of the planner's class, to load it again elsewhere; None for those of this package."""
-        cls = self.planner_class
-        if cls.__module__.partition(".")[0] == "pytest_lpb":
-            return None
-        try:
-            file = inspect.getsourcefile(cls)
-        except (OSError, TypeError):
-            file = None
-        return {"module": cls.__module__, "file": str(Path(file).resolve()) if file else ""}
+        return self.definition.source
+
+    def _defaults(self) -> Any:
+        return recorded(self._validated(dict(self.parameters), "parameters"))
 
     def to_dict(self) -> dict[str, Any]:
         """What run.json says of the planner: resolved parameters, hashes, timing."""
-        defaults = plain(dataclasses.asdict(self._validated(dict(self.parameters), "parameters")))
+        isolation = self.isolation
+        isolated = {"isolation": plain(isolation.to_dict()), "runs": self.definition.about} if isolation else {}
         return {
             "planner": self.planner,
             "file": str(self.path) if self.path else None,
-            "parameters": defaults,
+            "parameters": self._defaults(),
             "per_robot": plain(self.per_robot),
             "parameters_hash": self.parameters_hash,
             "source_hash": self.source_hash,
             "source": self.source,
             "period": self.period,
             "delay": self.delay,
+            **isolated,
         }
 
     def expected_failure(self, scenario: str) -> Any:
@@ -166,36 +165,10 @@ class PlannerConfiguration:
         return f"{self.path}:{self.document.line_of(loc)}: {key}"
 
     def _validated(self, parameters: dict[str, Any], *loc: str) -> Any:
-        cls = self.planner_class
-        adapter = _adapter(f"{cls.__module__}:{cls.__qualname__}", cls.Parameters)
-        allowed = {item.name for item in dataclasses.fields(cls.Parameters)}
-        for key in parameters:
-            if key not in allowed:
-                raise ConfigurationError(
-                    f"{self._place(*loc, key)}: unknown parameter{suggestion(key, allowed)}; "
-                    f"{cls.__name__} has {listed(allowed)}"
-                )
-        try:
-            return adapter.validate_json(json.dumps(parameters), strict=True)
-        except ValidationError as error:
-            raise ConfigurationError(
-                "\n".join(
-                    f"{self._place(*loc, *map(str, fault['loc']))}: {fault['msg']}, found {fault['input']!r}"
-                    for fault in error.errors()
-                )
-            ) from None
+        return self.definition.checked(parameters, loc, self._place)
 
 
-@cache
-def _adapter(place: str, parameters: Any) -> TypeAdapter[Any]:
-    """What reads a planner's Parameters. Raises ConfigurationError for a class that no YAML can be read into."""
-    if not (isinstance(parameters, type) and dataclasses.is_dataclass(parameters)):
-        raise ConfigurationError(f"{place}: Parameters must be a dataclass: put @dataclass(frozen=True) above it")
-    try:
-        return TypeAdapter(parameters)
-    except (PydanticUserError, NameError) as error:
-        text = str(error).partition("\n")[0]
-        raise ConfigurationError(
-            f"{place}: Parameters has a field of a type that no YAML value fits: {text}; "
-            "use numbers, text, booleans, lists and the like"
-        ) from error
+def recorded(parameters: Any) -> Any:
+    """Parameters as records hold them, with all defaults."""
+    values = parameters.resolved if isinstance(parameters, FarParameters) else dataclasses.asdict(parameters)
+    return plain(values)

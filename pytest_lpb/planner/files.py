@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pytest_lpb.documents.reader import Document, read_yaml
 from pytest_lpb.errors import ConfigurationError, LpbError
+from pytest_lpb.isolation.settings import KEYS, faults_of, isolation_of
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
@@ -25,13 +26,22 @@ class _File(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
-    planner: str
+    planner: str = ""
     parameters: dict[str, Any] = {}
     per_robot: dict[str, dict[str, Any]] = {}
     period: Annotated[float, Field(gt=0.0)] | None = None
     delay: Annotated[float, Field(ge=0.0)] = 0.0
     xfail: dict[str, Any] = {}
     description: str = ""
+    python: str | None = None
+    ssh: str | None = None
+    command: str | list[str] = ""
+    environment: dict[str, str] = {}
+    working_dir: str | None = None
+    isolate: bool | None = None
+    deadline_s: Annotated[float, Field(gt=0.0)] | None = None
+    setup_deadline_s: Annotated[float, Field(gt=0.0)] | None = None
+    memory_mb: Annotated[int, Field(ge=1)] | None = None
 
 
 def find_planners(references: Sequence[str], folders: Sequence[Path]) -> list[PlannerConfiguration]:
@@ -116,6 +126,10 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         for _, at, control in [key.partition("@")]
         if at and control not in CONTROLS
     ]
+    values = content.model_dump(include=set(KEYS) | {"planner"})
+    faults += [f"{path}:{document.line_of((key,))}: {key}: {text}" for key, text in faults_of(values)]
+    if not (content.planner or content.command):
+        faults.append(f"{path}:{document.line_of(())}: planner: missing; name the planner's class here")
     if faults:
         raise ConfigurationError("\n".join(faults))
     return PlannerConfiguration(
@@ -126,6 +140,7 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         period=content.period,
         delay=content.delay,
         xfail=content.xfail,
+        isolation=isolation_of(values, path.parent),
         path=path,
         document=document,
     )
@@ -137,8 +152,6 @@ def _message(document: Document, path: Path, fault: Any) -> str:
     if fault["type"] == "extra_forbidden":
         allowed = _File.model_fields
         return f"{path}:{line}: {key}: unknown key{suggestion(str(loc[-1]), allowed)}; allowed: {listed(allowed)}"
-    if fault["type"] == "missing":
-        return f"{path}:{line}: {key}: missing; name the planner's class here"
     return f"{path}:{line}: {key}: {fault['msg']}, found {fault['input']!r}"
 
 

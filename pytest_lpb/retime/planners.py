@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_lpb.errors import ConfigurationError, LpbError
+from pytest_lpb.isolation.settings import isolation_of
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plugins import load_user_modules
@@ -52,9 +53,10 @@ def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder) -> PlannerConfi
         per_robot=entry["per_robot"],
         period=entry["period"],
         delay=entry["delay"],
+        isolation=isolation_of(entry.get("isolation", {}), run.path),
     )
     try:
-        configuration.planner_class  # noqa: B018 - imports it
+        configuration.definition  # noqa: B018 - imports its class
     except ConfigurationError:
         # A class that a conftest.py registers, or one in a module that only pytest's settings lead to.
         _load_source(entry, run)

@@ -13,9 +13,9 @@ from pytest_lpb.planner.base import Planner, PlannerProblem
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.loop import checked_action
-from pytest_lpb.trial.outcome import INFEASIBLE, PLANNER_ERROR
+from pytest_lpb.trial.outcome import DEADLINE, INFEASIBLE, PLANNER_ERROR
 
-RAISED = (INFEASIBLE, PLANNER_ERROR)  # the last call of such a trial raised, or gave no action
+RAISED = (INFEASIBLE, PLANNER_ERROR, DEADLINE)  # the last call of such a trial raised, or gave no action
 
 
 class Replay:
@@ -41,7 +41,7 @@ class Replay:
         self._problem, self._period = problem, every * problem.dt
         self._states = [trajectory.q.tolist(), trajectory.qd.tolist(), trajectory.u.tolist()]
         self._actions = trajectory.action
-        preview = configuration.planner_class.preview_for(self._parameters)
+        preview = configuration.preview_for(self._parameters)
         self._observation = Observation(problem, preview, len(problem.obstacles))
 
     def set_up(self, planner: Planner) -> None:

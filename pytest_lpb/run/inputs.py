@@ -34,5 +34,8 @@ def _content(planner: PlannerConfiguration) -> dict[str, Any]:
         "period": planner.period,
         "delay": planner.delay,
         "xfail": plain(planner.xfail),
+        **(plain(planner.isolation.to_dict()) if planner.isolation else {}),
     }
-    return {"planner": planner.planner} | {key: value for key, value in optional.items() if value}
+    return ({"planner": planner.planner} if planner.planner else {}) | {
+        key: value for key, value in optional.items() if value
+    }

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
-from pytest_lpb.errors import Infeasible, LpbError, PlannerError, in_one_line
+from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError, in_one_line
 from pytest_lpb.planner.base import Planner, PlannerProblem
+from pytest_lpb.planner.elsewhere import IsolatedPlanner
 from pytest_lpb.trial import read_only
 from pytest_lpb.trial.guard import UserInterruptError, end_if_forked
-from pytest_lpb.trial.outcome import ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
+from pytest_lpb.trial.outcome import DEADLINE, ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
 
 MAX_FAULT = 1_000  # characters of a message
 MAX_DETAILS = 20_000  # characters of a traceback
@@ -95,7 +96,7 @@ def run_loop(
             ended(log, INFEASIBLE, error)
         except (_PlannerFaultError, PlannerError) as error:
             cause = error.__cause__ or error
-            ended(log, PLANNER_ERROR, cause)
+            ended(log, outcome_of(cause), cause)
             log.fault += read_only.hint(cause, environment.observe(), problem)
         except Exception as error:
             # A simulator may fail in any way on any input; the trial ends, its rows so far are kept.
@@ -151,13 +152,18 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
         ended = perf_counter_ns()
         cpu_ended = thread_time_ns()
         log.call_row.append(row)
-        log.call_wall_ns.append(ended - started)
-        log.call_cpu_ns.append(cpu_ended - cpu_started)
+        # The clock of a planner elsewhere is that of its own process.
+        far = planner if isinstance(planner, IsolatedPlanner) else None
+        wall_ns, cpu_ns = (far and far.measured_ns) or (ended - started, cpu_ended - cpu_started)
+        log.call_wall_ns.append(wall_ns)
+        log.call_cpu_ns.append(cpu_ns)
         log.diagnostics.append({})
     try:
         if planner.diagnostics.__class__ is not dict or planner.diagnostics:
             log.diagnostics[-1] = checked_diagnostics(planner.diagnostics)
             planner.diagnostics = {}
+        if far is not None and far.round_trip_ms is not None:
+            log.diagnostics[-1]["round_trip_ms"] = far.round_trip_ms
         return checked_action(result, size)
     except (PlannerError, UserInterruptError):
         raise
@@ -208,6 +214,11 @@ def _short(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
+def outcome_of(error: BaseException) -> str:
+    """The outcome of a trial whose planner raised."""
+    return DEADLINE if isinstance(error, DeadlineError) else PLANNER_ERROR
+
+
 def log_row(log: Log, environment: ScenarioEnvironment) -> None:
     """Log the state of the environment's current row."""
     engine, monitor = environment.running_engine, environment.monitor
@@ -224,5 +235,6 @@ def ended(log: Log, outcome: str, error: BaseException) -> Log:
     log.outcome = outcome
     log.fault = in_one_line(error)[:MAX_FAULT]
     # What is raised on purpose says itself what is wrong; of anything else the place helps.
-    log.details = "" if isinstance(error, LpbError) else shortened("".join(traceback.format_exception(error)))
+    told = getattr(error, "details", "") if isinstance(error, LpbError) else "".join(traceback.format_exception(error))
+    log.details = shortened(told)
     return log

@@ -4,6 +4,7 @@ SUCCESS = "success"
 PLANNER_ERROR = "planner_error"
 ENVIRONMENT_ERROR = "environment_error"
 INFEASIBLE = "infeasible"
+DEADLINE = "deadline"
 WORKER_CRASH = "worker_crash"
 
 OUTCOMES = (
@@ -15,10 +16,10 @@ OUTCOMES = (
     "stalled",
     PLANNER_ERROR,
     INFEASIBLE,
-    "deadline",
+    DEADLINE,
     WORKER_CRASH,
     ENVIRONMENT_ERROR,
 )
 
 # Faults of the software, not of the plan: with --lpb-assert=none these alone fail an item.
-SOFTWARE_FAULTS = (PLANNER_ERROR, "deadline", ENVIRONMENT_ERROR)
+SOFTWARE_FAULTS = (PLANNER_ERROR, DEADLINE, ENVIRONMENT_ERROR)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from time import perf_counter_ns
 from typing import Any
@@ -11,17 +10,19 @@ from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.monitor import Violation
 from pytest_lpb.errors import Infeasible
 from pytest_lpb.planner.base import Planner, PlannerProblem
-from pytest_lpb.problem.hashing import hash_of_arrays, plain
+from pytest_lpb.planner.configuration import recorded
+from pytest_lpb.planner.elsewhere import IsolatedPlanner
+from pytest_lpb.problem.hashing import hash_of_arrays
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial import read_only
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
-from pytest_lpb.trial.guard import UserInterruptError, end_if_forked, guarded
+from pytest_lpb.trial.guard import EVERYTHING, UserInterruptError, end_if_forked, guarded
 from pytest_lpb.trial.holder import PlannerHolder
-from pytest_lpb.trial.loop import Log, ended, log_row, run_loop, undisturbed
+from pytest_lpb.trial.loop import Log, ended, log_row, outcome_of, run_loop, undisturbed
 from pytest_lpb.trial.message import outcome_message
-from pytest_lpb.trial.outcome import INFEASIBLE, PLANNER_ERROR, SUCCESS
+from pytest_lpb.trial.outcome import INFEASIBLE, SUCCESS
 from pytest_lpb.trial.specification import TrialSpecification, usable_cores
 
 SCHEMA_VERSION = 1
@@ -47,13 +48,14 @@ def run_trial(
     environment = ScenarioEnvironment(
         problem=problem,
         render_mode=render_mode,
-        preview=configuration.planner_class.preview_for(parameters),
+        preview=configuration.preview_for(parameters),
         reuse_observations=True,
     )
     try:
         started = perf_counter_ns()
         planner = _built(holder or own)
-        with guarded(problem.seed) as changes:
+        # One elsewhere cannot change this process, in which threads serve it.
+        with guarded(problem.seed, keep=EVERYTHING if isinstance(planner, IsolatedPlanner) else ()) as changes:
             told = PlannerProblem.of(problem, every * problem.dt)
             ready = planner if isinstance(planner, Log) else _set_up(planner, parameters, told)
             setup_ms = (perf_counter_ns() - started) / NS_PER_MS
@@ -72,7 +74,7 @@ def run_trial(
     metadata |= {
         "setup_ms": setup_ms,
         "period_s": every * problem.dt,
-        "parameters": plain(dataclasses.asdict(parameters)),
+        "parameters": recorded(parameters),
     }
     return _judged(Trajectory(columns_of(problem, log), metadata, problem), metadata, violation, log)
 
@@ -96,7 +98,7 @@ def _built(holder: PlannerHolder | None) -> Planner | Log:
         raise
     except BaseException as error:
         # Whatever a planner raises is that trial's outcome, not the end of a study.
-        return ended(Log(), PLANNER_ERROR, error)
+        return ended(Log(), outcome_of(error), error)
 
 
 def _set_up(planner: Planner, parameters: Any, problem: PlannerProblem) -> Planner | Log:
@@ -112,7 +114,7 @@ def _set_up(planner: Planner, parameters: Any, problem: PlannerProblem) -> Plann
     except UserInterruptError:
         raise
     except BaseException as error:
-        log = ended(Log(), PLANNER_ERROR, error)
+        log = ended(Log(), outcome_of(error), error)
         log.fault += read_only.hint(error, {}, problem)
         return log
     finally:

@@ -100,8 +100,8 @@ def test_shipped_files_are_right_and_say_what_they_are(name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("planer: pd\n", "planners/mine.yaml:1: planer: unknown key; did you mean 'planner'?; allowed: delay, description, parameters, per_robot, period, planner, xfail"),
-        ("planner: pd\nperiode: 0.1\n", "planners/mine.yaml:2: periode: unknown key; did you mean 'period'?; allowed: delay, description, parameters, per_robot, period, planner, xfail"),
+        ("planer: pd\n", "planners/mine.yaml:1: planer: unknown key; did you mean 'planner'?; allowed: command, deadline_s, delay, description"),
+        ("planner: pd\nperiode: 0.1\n", "planners/mine.yaml:2: periode: unknown key; did you mean 'period'?; allowed: command, deadline_s, delay, description"),
         ("parameters: {}\n", "planners/mine.yaml:1: planner: missing; name the planner's class here"),
         ("planner: pd\nperiod: fast\n", "planners/mine.yaml:2: period: Input should be a valid number, found 'fast'"),
         ("planner: pd\ndelay: -0.1\n", "planners/mine.yaml:2: delay: Input should be greater than or equal to 0, found -0.1"),

@@ -11,6 +11,7 @@ import pytest
 from pytest_lpb.errors import PlannerError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.definition import ClassHere
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.preview import Preview
@@ -101,7 +102,9 @@ def test_observations_are_equal_to_the_last_bit(prediction: str, tmp_path: Path)
             self.seen = self.seen[-1:]
             return action
 
-    planner.__dict__["planner_class"] = Kept
+    definition = ClassHere(planner.planner)
+    definition.cls = Kept
+    planner.__dict__["definition"] = definition
     trajectory = recorded(problem_entry(**MOVING, prediction=prediction), planner, tmp_path)
     replay = Replay(trajectory, planner)
     again = [{key: value.copy() for key, value in observation.items()} for observation in replay.observations()]

@@ -1,0 +1,150 @@
+"""Programs that speak the protocol: the example in C, and some that do not."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.settings import Isolation
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.files import read_planner
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.specification import TrialSpecification
+from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import circle, position_goal, problem_entry
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "planner_in_c"
+ANSWERS = """\
+import json, sys, time
+STARTED, READY = '{"type":"started"}', '{"type":"ready"}'
+for kind, answer in ANSWERS:
+    line = sys.stdin.buffer.readline()
+    header = json.loads(line)
+    sys.stdin.buffer.read(header["bytes"])
+    assert header["type"] == kind, header
+    sys.stdout.write(answer)
+    sys.stdout.flush()
+print("no more to say", file=sys.stderr)
+"""
+DEFAULT = [("start", '{"type":"started"}\n'), ("setup", '{"type":"ready"}\n'), ("observation", "")]
+
+
+def run(configuration: PlannerConfiguration, **problem: Any) -> Trajectory:
+    entry = problem_entry(**{"goal": [position_goal([4.0, 0.2])], **problem})
+    return run_trial(TrialSpecification(problem=entry, planner=configuration, scenario="family"))
+
+
+def answering(folder: Path, answers: list[tuple[str, str]], **limits: Any) -> Trajectory:
+    """A trial of a program that gives certain answers."""
+    script = folder / "program.py"
+    script.write_text(f"ANSWERS = {answers!r}\n{ANSWERS}")
+    isolation = Isolation(command=(sys.executable, str(script)), isolate=True, **limits)
+    return run(PlannerConfiguration("it", "", isolation=isolation))
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The example, compiled."""
+    compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+    if compiler is None:
+        pytest.skip("no C compiler (cc, gcc, clang)")
+    folder = tmp_path_factory.mktemp("c")
+    (folder / "planners").mkdir()
+    shutil.copy(EXAMPLE / "planners" / "towards.yaml", folder / "planners")
+    command = [
+        compiler,
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-o",
+        str(folder / "towards"),
+        str(EXAMPLE / "towards.c"),
+    ]
+    subprocess.run(command, check=True)
+    return folder / "planners" / "towards.yaml"
+
+
+@pytest.mark.parametrize("obstacles", [[], [circle(0.0, 3.0, 0.5)]])
+def test_the_example_in_c_does_what_pd_does(example: Path, obstacles: list[Any]) -> None:
+    """Observations of different layouts; compilers may contract a*b + c, so not to the last bit."""
+    duration = 8.0
+    ours = run(PlannerConfiguration("pd", "pd"), obstacles=obstacles, duration=duration)
+    theirs = run(read_planner(example, "towards"), obstacles=obstacles, duration=duration)
+    assert theirs.outcome == ours.outcome == "success"
+    np.testing.assert_allclose(theirs.action[:-1], ours.action[:-1], atol=1e-9)
+    assert np.nanmax(theirs.solver_wall_ms) < 10.0
+    assert np.nanmin(theirs.columns["planner_round_trip_ms"]) > 0.0
+
+
+def test_its_parameters_reach_it(example: Path) -> None:
+    configuration = read_planner(example, "towards")
+    strong = PlannerConfiguration("it", "", parameters={"p": 3.0}, isolation=configuration.isolation)
+    assert run(strong).action[0].tolist() == [12.0, pytest.approx(0.6)]
+
+
+def test_it_says_what_it_cannot_do(example: Path) -> None:
+    arm = {"model": "planar_arm", "name": "planar_arm_2", "base": "fixed", "links": [1.0, 1.0], "body_radius": 0.05}
+    trajectory = run(
+        read_planner(example, "towards"),
+        robot=arm,
+        goal=[
+            {"name": "fold", "type": "joint", "joints": ["joint1"], "target": [1.0], "primary": True, "tolerance": 0.1}
+        ],
+    )
+    assert trajectory.metadata["message"] == (
+        "planner error at t = 0 s: towards moves a point or base to a position, nothing else"
+    )
+
+
+def test_a_program_that_is_not_there() -> None:
+    with pytest.raises(ConfigurationError, match="command: /no/such is no program that can be run"):
+        PlannerConfiguration("it", "", isolation=Isolation(command=("/no/such",), isolate=True)).check()
+
+
+@pytest.mark.parametrize(
+    ("answers", "message"),
+    [
+        ([], "the planner's process ended with exit code 0; its last words: no more to say"),
+        ([("start", "hello\n")], "wrote what is no message: Expecting value"),
+        ([("start", "[1]\n")], "wrote what is no message: a header is a JSON mapping"),
+        ([("start", '{"bytes":-1}\n')], "wrote what is no message: `bytes` is -1; allowed are 0 to 100000000"),
+        ([("start", "{}\n")], "answered with a header without `type`"),
+        ([*DEFAULT, ("call", '{"type":"ready"}\n')], "answered a call with 'ready'; `action` is expected"),
+        ([*DEFAULT, ("call", '{"type":"action","bytes":3}\nabc')], "buffer size must be a multiple of element size"),
+        ([*DEFAULT, ("call", '{"type":"action","shape":[3],"bytes":8}\nabcdefgh')], "wrote an action of shape [3]"),
+        ([*DEFAULT, ("call", '{"type":"action","bytes":8}\nabcdefgh')], "an array of shape (1,); expected (2,)"),
+        ([*DEFAULT, ("call", '{"type":"error","message":"no idea"}\n')], "planner error at t = 0 s: no idea"),
+        ([*DEFAULT, ("call", '{"type":"infeasible","message":"shut in"}\n')], "infeasible at t = 0 s: shut in"),
+        ([*DEFAULT, ("call", '{"type":"action","diagnostics":3,"bytes":16}\n' + "a" * 16)], "diagnostics"),
+        ([*DEFAULT, ("call", '{"type":"action","wall_ns":"x","bytes":16}\n' + "a" * 16)], "wall_ns"),
+    ],
+)
+def test_wrong_answers(tmp_path: Path, answers: list[tuple[str, str]], message: str) -> None:
+    trajectory = answering(tmp_path, answers)
+    assert trajectory.outcome in ("planner_error", "infeasible")
+    assert message in trajectory.metadata["message"]
+
+
+def test_a_program_that_says_nothing(tmp_path: Path) -> None:
+    script = tmp_path / "silent.py"
+    script.write_text("import time\ntime.sleep(60)\n")
+    isolation = Isolation(command=(sys.executable, str(script)), isolate=True, setup_deadline_s=0.5)
+    trajectory = run(PlannerConfiguration("it", "", isolation=isolation))
+    assert trajectory.outcome == "deadline"
+
+
+def test_memory_of_a_program(tmp_path: Path) -> None:
+    script = tmp_path / "large.py"
+    script.write_text("import sys\nsys.stdin.readline()\nlarge = b'x' * 10**9\n")
+    isolation = Isolation(command=(sys.executable, str(script)), isolate=True, memory_mb=300)
+    trajectory = run(PlannerConfiguration("it", "", isolation=isolation))
+    assert trajectory.outcome == "planner_error"
+    assert "ended with exit code 1 (memory_mb: 300); its last words: MemoryError" in trajectory.metadata["message"]

@@ -1,0 +1,120 @@
+"""Keys of planner files that ask for a process: what they mean, and what is wrong with them."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.interpreter import gateway_spec
+from pytest_lpb.isolation.settings import Isolation, isolation_of
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.files import read_planner
+from pytest_lpb.run.inputs import planner_file, write_planner_files
+
+
+def read(folder: Path, text: str, name: str = "mine") -> PlannerConfiguration:
+    path = folder / "planners" / f"{name}.yaml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text)
+    return read_planner(path, name)
+
+
+def test_without_the_keys_a_planner_runs_here(tmp_path: Path) -> None:
+    assert read(tmp_path, "planner: pd\n").isolation is None
+    assert read(tmp_path, "planner: pd\nisolate: false\n").isolation is None
+
+
+@pytest.mark.parametrize("line", ["isolate: true", "deadline_s: 0.5", "setup_deadline_s: 5", "memory_mb: 900"])
+def test_any_limit_asks_for_a_process_of_this_interpreter(tmp_path: Path, line: str) -> None:
+    isolation = read(tmp_path, f"planner: pd\n{line}\n").isolation
+    assert isolation is not None
+    assert isolation.isolate
+    assert isolation.same_interpreter
+
+
+def test_paths_are_relative_to_the_planner_file(tmp_path: Path) -> None:
+    text = "planner: m:C\npython: ../venv/bin/python\nworking_dir: ../work\nenvironment: {A: b}\n"
+    isolation = read(tmp_path, text).isolation
+    assert isolation is not None
+    assert Path(isolation.python or "").resolve() == (tmp_path / "venv/bin/python").resolve()
+    assert Path(isolation.working_dir or "").resolve() == (tmp_path / "work").resolve()
+    assert isolation.environment == {"A": "b"}
+
+
+def test_programs_without_a_slash_are_found_in_path_and_commands_split_like_a_shell(tmp_path: Path) -> None:
+    assert isolation_of({"python": "python3.9"}, tmp_path) == Isolation(python="python3.9", isolate=True)
+    isolation = read(tmp_path, "command: ./pd --gain '1 2'\n").isolation
+    assert isolation is not None
+    assert isolation.command == (str(tmp_path / "planners" / "pd"), "--gain", "1 2")
+    isolation = read(tmp_path, "command: [./p d, x]\n").isolation
+    assert isolation is not None
+    assert isolation.command == (str(tmp_path / "planners" / "p d"), "x")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("planner: pd\ndeadline_s: 0\n", "mine.yaml:2: deadline_s: Input should be greater than 0"),
+        ("planner: pd\nmemory_mb: 1.5\n", "mine.yaml:2: memory_mb: Input should be a valid integer"),
+        ("planner: pd\nisolate: maybe\n", "mine.yaml:2: isolate: Input should be a valid boolean"),
+        ("planner: pd\nisolate: false\ndeadline_s: 1\n", "mine.yaml:2: isolate: found false, but other keys ask"),
+        ("planner: pd\ncommand: ./x\n", "mine.yaml:1: planner: a program (`command`) has no class"),
+        ("command: ./x\npython: y\n", "mine.yaml:1: command: a program needs no `python` or `ssh`"),
+        ("planner: pd\nenvironment: {A: 1}\n", "mine.yaml:2: environment.A: Input should be a valid string"),
+        ("planner: pd\npyhton: x\n", "mine.yaml:2: pyhton: unknown key; did you mean 'python'?"),
+        ("isolate: true\n", "mine.yaml:1: planner: missing; name the planner's class here"),
+    ],
+)
+def test_faults_have_their_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        read(tmp_path, text)
+    assert message in str(caught.value)
+
+
+def test_isolation_alone_is_no_other_planner_but_a_limit_is(tmp_path: Path) -> None:
+    texts = ["", "isolate: true\n", "deadline_s: 0.5\n"]
+    here, isolated, limited = (read(tmp_path, f"planner: pd\n{text}").parameters_hash for text in texts)
+    assert here == isolated != limited
+
+
+def test_what_a_hash_says_holds_on_any_machine() -> None:
+    first = Isolation(command=("/here/pd", "--fast"), isolate=True, working_dir="/here")
+    assert first.hashed() == replace(first, command=("/there/pd", "--fast"), working_dir="/there").hashed()
+    assert first.hashed() != replace(first, command=("/here/pd", "--slow")).hashed()
+
+
+def test_the_run_folder_holds_the_keys(tmp_path: Path) -> None:
+    configuration = read(tmp_path, "planner: pd\ndeadline_s: 0.5\nenvironment: {A: b}\nmemory_mb: 900\n")
+    write_planner_files(tmp_path, [configuration])
+    again = read_planner(planner_file(tmp_path, "mine"), "mine")
+    assert again.isolation == configuration.isolation
+    assert configuration.to_dict()["isolation"]["deadline_s"] == 0.5
+    assert pickle.loads(pickle.dumps(configuration)).isolation == configuration.isolation
+
+
+def test_what_execnet_is_told_to_start() -> None:
+    spec = gateway_spec(Isolation(isolate=True))
+    assert spec.popen
+    assert spec.python is not None
+    assert spec.python.startswith("env OMP_NUM_THREADS=1 ")
+    assert spec.python.endswith(f" {sys.executable}")
+    there = gateway_spec(Isolation(python="/a b/python", environment={"URL": "http://x", "OMP_NUM_THREADS": "2"}))
+    assert there.python is not None
+    assert there.python.startswith("env -u PYTHONPATH -u PYTHONHOME OMP_NUM_THREADS=2 ")
+    assert "URL=http://x" in there.python
+    assert there.python.endswith(" '/a b/python'")
+
+
+def test_another_host_is_reached_by_ssh_without_asking_for_passwords() -> None:
+    from execnet.gateway_io import ssh_args
+
+    spec = gateway_spec(Isolation(ssh="me@robot", environment={"A": "b c"}))
+    arguments = ssh_args(spec)
+    assert arguments[:5] == ["ssh", "-C", "-o", "BatchMode=yes", "me@robot"]
+    assert arguments[5].startswith("env OMP_NUM_THREADS=1 ")
+    assert "'A=b c' python3 -c " in arguments[5]
