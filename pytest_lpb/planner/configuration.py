@@ -44,7 +44,12 @@ class PlannerConfiguration:
     @cached_property
     def definition(self) -> Definition:
         """What the planner is, and where. Raises ConfigurationError when there is no such thing."""
-        definition = definition_of(self.planner, self.isolation)
+        try:
+            definition = definition_of(self.planner, self.isolation)
+        except ConfigurationError as error:
+            if self.document is None:
+                raise
+            raise ConfigurationError(f"{self._place('planner')}: {error}") from error
         definition.foresee(self._merges())
         return definition
 

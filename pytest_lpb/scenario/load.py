@@ -16,6 +16,7 @@ from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.errors import MissingRobotsError, ScenarioError
 from pytest_lpb.problem.criterion import Criterion, parse_criterion
 from pytest_lpb.problem.paths import with_absolute_paths
+from pytest_lpb.scenario.allowed import escapes
 from pytest_lpb.scenario.canonical import Plain, concrete_form, randomize_form
 from pytest_lpb.scenario.checks import check
 from pytest_lpb.scenario.messages import faults_of, valid_parts
@@ -110,7 +111,7 @@ def load_scenario(path: Path, changes: Sequence[Callable[[Plain], Plain]] = ()) 
     for change in changes:
         document = replace(document, data=change(document.data))
     document = replace(document, data=with_absolute_paths(document.data, path.absolute().parent))
-    file = _checked(document, name)
+    file = _checked(document, name, escapes(document.data, path))
     structure = structure_of(file.robot)
     assert structure is not None, "the checks let robots of known models pass only"
     concrete = concrete_form(file, structure)
@@ -149,7 +150,10 @@ def _content(path: Path, name: str) -> bytes:
         raise ScenarioError(f"{name}:1: cannot be read: {error.strerror or error}") from None
 
 
-def _checked(document: Document, name: str) -> ScenarioFile:
+def _checked(document: Document, name: str, escaping: Sequence[Fault]) -> ScenarioFile:
+    if escaping:
+        # Not even looked at: what such a file holds must not show in messages.
+        raise ScenarioError(*capped([_line(name, document.line_of(fault.loc), fault) for fault in escaping]))
     faults: list[Fault] = []
     try:
         file = ScenarioFile.model_validate(document.data)

@@ -416,6 +416,7 @@ def test_every_key_of_a_urdf_robot_is_filled_in(tmp_path: Path) -> None:
 def test_files_are_relative_to_the_scenario(tmp_path: Path) -> None:
     folder = Path("somewhere/else")
     folder.mkdir(parents=True)
+    Path("pytest.ini").touch()  # what lies below belongs to one project
     obstacle = f"[{{shape: mesh, file: ../../rock.obj, position: [3, 3, 3]}}, {{shape: mesh, file: {tmp_path}/rock.obj, position: [4, 4, 4]}}]"
     certified = "{seed: 0, length_m: 1, path: ../../path.csv}"
     (folder / "x.yaml").write_text(text_with(robot="{urdf: ../../arm.urdf}", obstacles=obstacle, certified=certified))
