@@ -58,8 +58,10 @@ def _named(data: Any) -> Iterator[tuple[Loc, str]]:
     """Places of paths, and the paths."""
     for section, key in PLACES if isinstance(data, dict) else ():
         part = data.get(section)
-        entries = [((section, index), item) for index, item in enumerate(part)] if isinstance(part, list) else []
-        for loc, entry in entries or [((section,), part)]:
+        entries: list[tuple[Loc, Any]] = [((section,), part)]
+        if isinstance(part, list):
+            entries = [((section, index), item) for index, item in enumerate(part)]
+        for loc, entry in entries:
             path = entry.get(key) if isinstance(entry, dict) else None
             if isinstance(path, str) and "\0" not in path:  # no file's name; the check that the file is there says so
                 yield (*loc, key), path
