@@ -2,6 +2,8 @@
 
 # pytester's runs in this process forget the modules that they were the first to import. Imported here, these stay:
 # matplotlib loaded a second time does not fit objects of the first.
+import signal
+
 import gymnasium
 import matplotlib.backends.backend_agg
 import matplotlib.backends.backend_pdf
@@ -20,3 +22,7 @@ pytest_plugins = ["pytester", "tests.plugin.fixtures"]
 # Machines are shared: how long an example takes says nothing about the code.
 settings.register_profile("lpb", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lpb")
+
+# Processes of a shell's background jobs are born deaf to Ctrl-C; tests are to hear it wherever they run.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
