@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pytest_lpb.statistics.bootstrap import RESAMPLES
+from pytest_lpb.statistics.stratified import resampled_weights
 
 FloatArray = NDArray[np.float64]
 
@@ -70,20 +71,14 @@ def pointwise_band(
 ) -> tuple[FloatArray, FloatArray]:
     """Percentile interval of `shares_within` at each bound by the stratified bootstrap: lower, upper ends, (m,) each.
 
-    Pointwise: at each bound 95 % of such bands hold the share, not the whole curve. How many of the n_s values drawn
-    lie within a bound is binomial, so one draw replaces n_s.
+    Pointwise: at each bound 95 % of such bands hold the share, not the whole curve.
     """
     limits = np.asarray(bounds, dtype=np.float64)
     if not strata:
         return np.full(len(limits), np.nan), np.full(len(limits), np.nan)
-    # Bounds between the same values have the same shares, and a share of 0 or 1 is the same in every resample.
-    shares, place = np.unique([_share(values, limits) for values in strata], axis=1, return_inverse=True)
-    drawn = np.zeros((resamples, shares.shape[1]))
-    for values, share in zip(strata, shares, strict=True):
-        size = len(np.asarray(values))
-        varies = (share > 0) & (share < 1)
-        drawn[:, ~varies] += share[~varies] / len(strata)
-        counts = rng.binomial(size, share[varies], size=(resamples, int(varies.sum())))
-        drawn[:, varies] += counts / (size * len(strata))
-    low, high = np.quantile(drawn, [(1 - confidence) / 2, (1 + confidence) / 2], axis=0)
-    return low[place.reshape(-1)], high[place.reshape(-1)]
+    ordered, weights = resampled_weights(strata, rng, resamples)
+    shares = np.zeros((len(ordered) + 1, weights.shape[1]))  # of the least 0, 1, .. n values
+    np.cumsum(weights, axis=0, out=shares[1:])
+    within, places = np.unique(np.searchsorted(ordered, limits, side="right"), return_inverse=True)
+    low, high = np.quantile(shares[within], [(1 - confidence) / 2, (1 + confidence) / 2], axis=1)
+    return low[places], high[places]

@@ -36,16 +36,16 @@ def interquartile_mean(values: ArrayLike, weights: ArrayLike | None = None) -> f
         return float("nan")
     w = np.ones(len(x)) if weights is None else np.asarray(weights, dtype=np.float64)
     order = np.argsort(x, kind="stable")
-    return float(_middle_means(x[order], w[None, order])[0])
+    return float(_middle_means(x[order], w[order, None])[0])
 
 
 def _middle_means(ordered: FloatArray, weights: FloatArray) -> FloatArray:
-    """Interquartile means of values in order (n,) under several weights (R, n): (R,)."""
-    ends = np.zeros((len(weights), len(ordered) + 1))
-    np.cumsum(weights, axis=1, out=ends[:, 1:])
-    ends /= ends[:, -1:].copy()
+    """Interquartile means of values in order (n,) under several weights (n, R): (R,)."""
+    ends = np.zeros((len(ordered) + 1, weights.shape[1]))
+    np.cumsum(weights, axis=0, out=ends[1:])
+    ends /= ends[-1].copy()
     np.clip(ends, LOWER, UPPER, out=ends)
-    means: FloatArray = (ends[:, 1:] - ends[:, :-1]) @ ordered / (UPPER - LOWER)
+    means: FloatArray = ordered @ (ends[1:] - ends[:-1]) / (UPPER - LOWER)
     return means
 
 
@@ -70,24 +70,36 @@ def interquartile_interval(
     """
     if not strata:
         return float("nan"), float("nan")
+    return percentile_interval(_middle_means(*resampled_weights(strata, rng, resamples)), confidence)
+
+
+def resampled_weights(
+    strata: Sequence[ArrayLike], rng: np.random.Generator, resamples: int = RESAMPLES
+) -> tuple[FloatArray, FloatArray]:
+    """Samples of the stratified bootstrap: all values in order (n,), and their weights in each sample (n, R).
+
+    Args:
+        strata: values of each stratum, (n_s,), n_s >= 1, no NaN; at least one stratum.
+        rng: where all randomness comes from.
+        resamples: number R of samples, even.
+    """
     pool = np.concatenate([np.sort(np.asarray(values, dtype=np.float64)) for values in strata])
     sizes = [len(np.asarray(values)) for values in strata]
     order = np.argsort(pool, kind="stable")
-    weights = _counts(sizes, order, rng, resamples) * stratified_weights(sizes)[order]
-    return percentile_interval(_middle_means(pool[order], weights), confidence)
+    return pool[order], _counts(sizes, order, rng, resamples) * stratified_weights(sizes)[order, None]
 
 
 def _counts(
     sizes: Sequence[int], order: NDArray[np.intp], rng: np.random.Generator, resamples: int
 ) -> NDArray[np.int64]:
-    """How often each value is drawn from its stratum, (resamples, n) in a given order of the n values of all strata.
+    """How often each value is drawn from its stratum, (n, resamples) in a given order of the n values of all strata.
 
     The second half mirrors the first: the least value of a stratum there has the count of its greatest here.
     """
     size = np.repeat(sizes, sizes)  # of each value's stratum
     start = np.repeat(np.cumsum(sizes) - sizes, sizes)
     half, n = resamples // 2, len(size)
-    drawn = (rng.random((half, n)) * size).astype(np.int64) + start
-    counts = np.bincount((drawn + n * np.arange(half)[:, None]).ravel(), minlength=half * n).reshape(half, n)
+    drawn = (rng.random((n, half)) * size[:, None]).astype(np.int64) + start[:, None]
+    counts = np.bincount((drawn * half + np.arange(half)).ravel(), minlength=half * n).reshape(n, half)
     mirrored = 2 * start + size - 1 - np.arange(n)
-    return np.concatenate([counts[:, order], counts[:, mirrored[order]]])
+    return np.concatenate([counts[order], counts[mirrored[order]]], axis=1)
