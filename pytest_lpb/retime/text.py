@@ -57,7 +57,7 @@ def notes(retimed: Retimed) -> Iterator[str]:
     if not any(map(math.isnan, floors)):
         yield (
             f"A/A noise floor of this machine: {percent(floors[0])} of p50, {percent(floors[1])} of p95, "
-            "the most that two passes of the same calls differed by; less between planners is called noise"
+            "what two passes of the same calls differ by, at most; less between planners is called noise"
         )
     if any(row.contended for row in retimed.rows):
         yield "* these calls had to wait for a processor: no basis for comparisons"

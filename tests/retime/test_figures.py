@@ -59,6 +59,16 @@ def test_a_difference_below_the_noise_floor_is_noise() -> None:
     assert [against(each, rows) for each in rows] == ["fastest", "noise (+9.0 %)", "+50 %", "4 x"]
 
 
+def test_a_few_disturbed_rows_are_not_the_floor_of_many() -> None:
+    rows = [replace(row("a", f"s{k}"), noise_p50=0.01 * k) for k in range(1, 41)]
+    assert noise_floor(rows, "p50") == pytest.approx(0.39)  # rank 0.95 * 39 = 37.05, the next one up
+    assert noise_floor(rows[:20], "p50") == pytest.approx(0.20)
+    # Of a row that was disturbed itself, more is noise.
+    fast, slow = replace(row("a"), p50_ms=1.0, noise_p50=0.9), replace(row("b"), p50_ms=1.5, noise_p50=0.0)
+    assert against(slow, [fast, slow, *rows]) == "noise (+50.0 %)"
+    assert against(slow, [replace(fast, noise_p50=0.0), slow, *rows]) == "+50 %"
+
+
 def test_each_scenario_has_a_fastest_of_its_own() -> None:
     rows = [row("a", "s1"), replace(row("b", "s1"), p50_ms=1.0), row("a", "s2")]
     assert [against(each, rows) for each in rows] == ["2 x", "fastest", ""]
