@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +14,7 @@ import pytest
 from .planners import FAULT_AT
 from .trials import HOSTILE, here, isolated, pair
 
+ROOT = Path(__file__).parents[2]
 SOUND: dict[str, Any] = {"fault": "none"}
 
 
@@ -88,6 +92,34 @@ def test_a_constructor_that_raises() -> None:
     assert trajectory.outcome == "planner_error"
     assert trajectory.metadata["message"].startswith("planner error at t = 0 s: OSError: library missing (")
     assert "Traceback" in trajectory.metadata["details"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="prctl is Linux's")
+def test_it_ends_with_whoever_started_it() -> None:
+    """Even killed, and even while the planner's process is busy in C."""
+    program = (
+        "from tests.isolation.planners import Hostile\n"
+        "from tests.isolation.trials import *\n"
+        "from pytest_lpb.planner.base import PlannerProblem\n"
+        "from pytest_lpb.problem.problem import Problem\n"
+        "made = specification(HOSTILE, {'fault': 'spins_in_c'}, {})\n"
+        "planner = made.planner.build()\n"
+        "planner.setup(PlannerProblem.of(Problem.from_dict(made.problem, 'x'), 0.05))\n"
+        "import numpy as np\n"
+        "planner.compute_action({'t': np.zeros(())})\n"
+        "print(int(planner.diagnostics['pid']), flush=True)\n"
+        "planner.compute_action({'t': np.ones(())})\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, cwd=ROOT, text=True) as process:
+        assert process.stdout is not None
+        pid = int(process.stdout.readline())
+        _signal_nothing(pid)
+        process.kill()
+    for _ in range(100):
+        if not Path(f"/proc/{pid}").exists() or "Z" in Path(f"/proc/{pid}/stat").read_text().split()[2]:
+            return
+        time.sleep(0.1)
+    pytest.fail(f"process {pid} is still there")
 
 
 def _signal_nothing(pid: int) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from pytest_lpb.errors import PlannerError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner
+from pytest_lpb.planner.class_here import ClassHere
 from pytest_lpb.planner.configuration import PlannerConfiguration
-from pytest_lpb.planner.definition import ClassHere
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.preview import Preview
