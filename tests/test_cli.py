@@ -16,6 +16,7 @@ from pytest_lpb.cli import main
 from pytest_lpb.kpis.registry import default_registry as kpis
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.report.plots import default_registry as plots
+from pytest_lpb.report.plots import load_builtin
 from pytest_lpb.run.inputs import write_planner_files
 from pytest_lpb.trial.files import METADATA_KEY
 
@@ -28,6 +29,7 @@ State = dict[str, tuple[int, bytes]]
 @pytest.fixture(autouse=True)
 def forgotten() -> Iterator[None]:
     """KPIs and plots that a test registers are not the next test's."""
+    load_builtin()  # before: what is registered inside is forgotten, and built-in plots register once
     with kpis.preserved(), plots.preserved():
         yield
 
