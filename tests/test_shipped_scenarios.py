@@ -95,7 +95,10 @@ def hashes(scenario: Scenario) -> list[str]:
 
 
 @each_path
-def test_problems_do_not_depend_on_comments_tags_and_known_failures(path: Path, tmp_path: Path) -> None:
+def test_problems_do_not_depend_on_comments_tags_and_known_failures(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LPB_ALLOW_PATHS", str(FOLDER))  # where its meshes and certified paths stay
     data = with_absolute_paths(yaml.safe_load(path.read_text()), path.parent)
     data |= {"tags": ["other"], "xfail": {"mine": "no reason"}, "description": "Another.", "trials": 3}
     changed = tmp_path / path.name
