@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from pytest_lpb.documents.reader import Document, read_yaml
+from pytest_lpb.documents.recognition import SUFFIXES
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.isolation.settings import KEYS, faults_of, isolation_of
 from pytest_lpb.names import is_name, listed, suggestion
@@ -17,7 +18,6 @@ from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
 from pytest_lpb.shipped import shipped_folder
 
-SUFFIXES = (".yaml", ".yml")
 CONTROLS = ("acceleration", "velocity", "torque")
 
 
@@ -44,6 +44,22 @@ class _File(BaseModel):
     memory_mb: Annotated[int, Field(ge=1)] | None = None
 
 
+def parted(reference: str) -> tuple[str, str]:
+    """The name that a reference gives a planner, and the path that it names; empty for none."""
+    name, equals, path = reference.partition("=")
+    if equals:
+        return name, path
+    return (Path(reference).stem, reference) if reference.endswith(SUFFIXES) else (reference, "")
+
+
+def with_path(reference: str, change: Callable[[str], str]) -> str:
+    """A reference with its path, if it has one, changed."""
+    name, path = parted(reference)
+    if not path:
+        return reference
+    return f"{name}={change(path)}" if "=" in reference else change(path)
+
+
 def find_planners(references: Sequence[str], folders: Sequence[Path]) -> list[PlannerConfiguration]:
     """The configurations that `--lpb-planners` names, in its order.
 
@@ -64,11 +80,9 @@ def find_planners(references: Sequence[str], folders: Sequence[Path]) -> list[Pl
 
 
 def _find(reference: str, folders: Iterable[Path]) -> PlannerConfiguration:
-    name, equals, path = reference.partition("=")
-    if equals:
+    name, path = parted(reference)
+    if path or "=" in reference:
         return read_planner(Path(path), name)
-    if reference.endswith(SUFFIXES):
-        return read_planner(Path(reference), Path(reference).stem)
     if ":" in reference:
         raise ConfigurationError(
             f"planner {reference!r}: give it a name in a file `NAME.yaml` with `planner: {reference}`"

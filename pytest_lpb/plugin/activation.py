@@ -13,8 +13,8 @@ import pytest
 
 from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.kpis.registry import default_registry, load_builtin
-from pytest_lpb.planner.files import find_planners
-from pytest_lpb.plugin.collection import SUFFIXES, CollectionPlugin, register_tags
+from pytest_lpb.planner.files import find_planners, parted, with_path
+from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
 from pytest_lpb.plugin.expectation import check_known_failures
 from pytest_lpb.plugin.gating import checked_gate, gate_options, restore_gate
 from pytest_lpb.plugin.options import PARTS, chosen_planners, split_names
@@ -169,32 +169,17 @@ def _rootdir(config: pytest.Config) -> Path:
 
 def _shown_references(references: list[str], folder: Path) -> dict[str, str]:
     """By planner name, the reference to type in a folder to choose the planner again."""
-    shown = {}
-    for reference in references:
-        name, equals, path = reference.partition("=")
-        if equals:
-            shown[name] = f"{name}={os.path.relpath(path, folder)}"
-        elif reference.endswith(SUFFIXES):
-            shown[Path(reference).stem] = os.path.relpath(reference, folder)
-        else:
-            shown[reference] = reference
-    return shown
+    return {
+        parted(reference)[0]: with_path(reference, lambda path: os.path.relpath(path, folder))
+        for reference in references
+    }
 
 
 def _from_folder(references: list[str], config: pytest.Config) -> list[str]:
     """References whose paths are absolute: options speak of the invocation directory, ini values of the ini file's."""
     from_option = config.getoption("--lpb-planners") is not None
     folder = config.invocation_params.dir if from_option else _ini_folder(config)
-    resolved = []
-    for reference in references:
-        name, equals, path = reference.partition("=")
-        if equals:
-            resolved.append(f"{name}={folder / path}")
-        elif reference.endswith(SUFFIXES):
-            resolved.append(str(folder / reference))
-        else:
-            resolved.append(reference)
-    return resolved
+    return [with_path(reference, lambda path: str(folder / path)) for reference in references]
 
 
 def _ini_folder(config: pytest.Config) -> Path:

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from pytest_lpb.documents.recognition import is_study
+from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.scenarios import FIXED, ScenarioFile, SourceFile
 from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.run.folder import RUN_FILE
 
 MAX_NAMED = 5  # scenarios that a warning names
-SUFFIXES = (".yaml", ".yml")
 
 # Tags that shipped scenarios use, registered as markers; users register their own in ini `markers`.
 STANDARD_TAGS = {

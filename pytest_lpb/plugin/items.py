@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from pytest_lpb.documents.atomic import write_once
 from pytest_lpb.documents.writer import dump_yaml
-from pytest_lpb.errors import ScenarioError
+from pytest_lpb.errors import LpbError, ScenarioError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
 from pytest_lpb.plugin.session import session_of, without_group
@@ -159,8 +159,8 @@ class TrialItem(pytest.Item):
         return session_of(self.config).repeat_command(self.nodeid, self.collector.name, self.seed)
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """A failed trial in words; anything else as pytest shows it."""
-        if isinstance(excinfo.value, TrialFailure):
+        """A failed trial, or a file that cannot be used, in words; anything else as pytest shows it."""
+        if isinstance(excinfo.value, TrialFailure | LpbError):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 

@@ -11,11 +11,11 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_exact, show_p
 from pytest_lpb.report.packing import packed
 from pytest_lpb.report.view import ComparisonSection, PlannerStyle
+from pytest_lpb.run.summary import ALL
 
 MAX_COMPARISONS = 20_000
 VERDICTS = ("better", "worse", "same", "inconclusive", "")
 HEADS = ("pairs", "median A", "median B", "difference B − A", "ratio B / A", "p, adjusted", "B improves")
-ALL = "all"
 
 
 def comparison_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> ComparisonSection | None:

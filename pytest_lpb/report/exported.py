@@ -9,8 +9,7 @@ from typing import Any
 from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.numbers import EMPTY, finite, kpi_title, percent, show, show_exact, show_p
 from pytest_lpb.report.overview import headline_kpis
-
-ALL = "all"
+from pytest_lpb.run.summary import ALL
 
 
 @dataclass(frozen=True)

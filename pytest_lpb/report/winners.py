@@ -12,7 +12,6 @@ from pytest_lpb.report.view import PlannerStyle, Winner
 
 SUCCESS, TIME = "success", "time_to_goal_s"
 OPPOSITE = {"better": "worse", "worse": "better"}
-ALL = "all"
 Rows = Mapping[str, Mapping[Any, Any]]  # of the summary, by planner
 
 

@@ -58,8 +58,7 @@ class RunFolder:
             (path / "trials").mkdir(parents=True)
         except OSError as error:
             raise RecordingError(f"cannot make {path}: {error.strerror}") from error
-        text = json.dumps(info, indent=1, allow_nan=False)
-        replace_file(path / RUN_FILE, f"{text}\n".encode())
+        _write_info(path, info)
         _point_latest(path)
         return cls(path)
 
@@ -67,8 +66,7 @@ class RunFolder:
         """Note in run.json that the run goes on: `started`, `command`, `workers` of `info`. `latest` leads here."""
         noted = self.info()
         noted.setdefault("resumed", []).append({key: info[key] for key in ("started", "command", "workers")})
-        text = json.dumps(noted, indent=1, allow_nan=False)
-        replace_file(self.path / RUN_FILE, f"{text}\n".encode())
+        _write_info(self.path, noted)
         _point_latest(self.path)
 
     @classmethod
@@ -92,6 +90,11 @@ class RunFolder:
     def trial_files(self) -> Iterator[Path]:
         """All trial files, in the order of their paths."""
         yield from sorted(path for path in (self.path / "trials").rglob("seed*.parquet") if path.is_file())
+
+
+def _write_info(run: Path, info: dict[str, Any]) -> None:
+    text = json.dumps(info, indent=1, allow_nan=False)
+    replace_file(run / RUN_FILE, f"{text}\n".encode())
 
 
 def _point_latest(run: Path) -> None:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pyarrow
-import pyarrow.parquet
-
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.run.folder import RunFolder
-from pytest_lpb.trial.files import trial_metadata
+from pytest_lpb.trial.files import read_metadata
 
 MAX_LISTED = 20  # trials that a message names
 
@@ -35,8 +32,7 @@ def find_trial(run: RunFolder, node_id: str) -> Path:
 def _node_id(path: Path) -> str | None:
     """What a trial file says it is; None for a file that cannot be read. Raw data are not read."""
     try:
-        metadata = trial_metadata(pyarrow.parquet.read_schema(path).metadata, path)
-    except (OSError, pyarrow.ArrowException, RecordingError):
+        node_id = read_metadata(path).get("node_id")
+    except RecordingError:
         return None
-    node_id = metadata.get("node_id")
     return node_id if isinstance(node_id, str) else None

@@ -11,16 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow
-import pyarrow.parquet
-
-from pytest_lpb.errors import LpbError, RecordingError, in_one_line
+from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.planner.files import read_planner
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.provenance import PACKAGES, git_state, installed_version
-from pytest_lpb.trial.files import trial_metadata
+from pytest_lpb.trial.files import read_metadata
 
 HASHES = ("problem_hash", "trajectory_hash", "outcome")
 
@@ -138,8 +135,5 @@ def compare_runs(first: RunFolder, second: RunFolder) -> Sameness:
 
 def _hashes(run: RunFolder) -> Iterator[tuple[TrialKey, Mapping[str, Any]]]:
     for path in run.trial_files():
-        try:
-            metadata = trial_metadata(pyarrow.parquet.read_schema(path).metadata, path)
-        except (OSError, pyarrow.ArrowException) as error:
-            raise RecordingError(f"cannot read {path}: {' '.join(str(error).split())}") from error
+        metadata = read_metadata(path)
         yield TrialKey(metadata["scenario"], metadata["planner"], metadata["seed"]), metadata

@@ -9,14 +9,12 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pytest_lpb.documents.reader import read_yaml
-from pytest_lpb.documents.recognition import is_study
+from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.errors import LpbError, ScenarioError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.paths import paths_in
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
-
-SUFFIXES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.files import parted, with_path
 from pytest_lpb.scenario.load import shown_path
 from pytest_lpb.scenario.messages import faults_of
 from pytest_lpb.study.family import FileFamily
@@ -41,14 +42,7 @@ class Study:
 
     def references(self) -> list[str]:
         """References of its planners, paths absolute."""
-        return [self._absolute(reference) for reference in self.content.planners]
-
-    def _absolute(self, reference: str) -> str:
-        name, equals, path = reference.partition("=")
-        folder = self.path.parent
-        if equals:
-            return f"{name}={folder / path}"
-        return str(folder / reference) if reference.endswith(SUFFIXES) else reference
+        return [with_path(reference, lambda path: str(self.path.parent / path)) for reference in self.content.planners]
 
     def baseline(self) -> str | None:
         """The gate's baseline, its path absolute."""
@@ -68,7 +62,7 @@ class Study:
             if sweep.planner is None or sweep.parameters is None:
                 continue
             place = self.place(("sweep", index, "planner"))
-            planner = next((planner for planner in found if planner.name == name_of(sweep.planner)), None)
+            planner = next((planner for planner in found if planner.name == parted(sweep.planner)[0]), None)
             if planner is None:
                 names = [planner.name for planner in found]
                 hint = suggestion(sweep.planner, names)
@@ -128,7 +122,7 @@ class Study:
             f"{base}{suffix(values)}": {"of": base, "values": values}
             for sweep in self.content.sweep
             if sweep.planner is not None and sweep.parameters is not None
-            for base in [name_of(sweep.planner)]
+            for base in [parted(sweep.planner)[0]]
             for values in combinations(sweep.parameters)
         }
         scenarios = {
@@ -137,12 +131,6 @@ class Study:
             if family.changes
         }
         return {"planners": planners, "scenarios": scenarios} if planners or scenarios else {}
-
-
-def name_of(reference: str) -> str:
-    """The name that a reference to a planner gives it."""
-    name, equals, _ = reference.partition("=")
-    return name if equals or not reference.endswith(SUFFIXES) else Path(reference).stem
 
 
 def read_study(path: Path) -> Study:

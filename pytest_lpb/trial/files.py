@@ -95,6 +95,15 @@ def _run_folder(path: Path, metadata: Mapping[str, Any]) -> Path:
     return folders[depth - 1] if path.absolute().parts[-depth:] == inside.parts else folders[0]
 
 
+def read_metadata(path: Path) -> dict[str, Any]:
+    """What a trial file says of itself, without its raw data. Raises RecordingError for a file that is not one."""
+    try:
+        metadata = pyarrow.parquet.read_schema(path).metadata
+    except (OSError, pyarrow.ArrowException) as error:
+        raise RecordingError(f"cannot read {path}: {error}") from error
+    return trial_metadata(metadata, path)
+
+
 def trial_metadata(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[str, Any]:
     """What a trial file says of itself, and its problem. Raises RecordingError for another kind of file."""
     if not metadata or METADATA_KEY not in metadata:

@@ -68,7 +68,9 @@ class Hostile(Planner):
 
     def leaves_a_child(self) -> None:
         """What it leaves behind keeps all descriptors open."""
-        if os.fork():
+        child = os.fork()
+        if child:
+            os.write(2, b"child %d\n" % child)
             os._exit(5)
         time.sleep(60.0)
 

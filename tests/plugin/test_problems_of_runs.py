@@ -76,3 +76,13 @@ def test_planners_must_be_chosen(ran: Project) -> None:
     result = ran.run("--lpb-problems=reports/latest", planners=None)
     assert result.ret == 4
     assert "choose planners to run the problems with" in text_of(result)
+
+
+def test_a_problem_that_is_damaged_is_told_without_a_traceback(ran: Project) -> None:
+    old = ran.runs()[-1]
+    (old / "trials/a/drawn/pd/seed6.yaml").write_text("version: 1\nrobot: {model: poimt}\n")
+    result = ran.run(f"--lpb-problems={old}", "-k", "drawn")
+    result.assert_outcomes(passed=2, failed=1)
+    assert "seed6.yaml:2: robot.model: " in text_of(result)
+    assert "Traceback" not in text_of(result)
+    assert "def runtest" not in text_of(result)

@@ -174,3 +174,12 @@ def test_after_an_interrupt(project: Project, workers: int) -> None:
     assert len(trial_files(run)) == 12
     assert [row["outcome"] for row in project.rows()] == ["timeout"] * 12
     assert len(set(project.hashes().values())) == 1
+
+
+def test_a_trial_that_is_damaged_is_told_without_a_traceback(cut: Project) -> None:
+    (run,) = cut.runs()
+    (run / "trials/a/drawn/pd/seed0.parquet").write_bytes(b"PAR1")
+    result = cut.run("--lpb-resume=reports/latest", planners=None)
+    result.assert_outcomes(passed=5, failed=7)
+    assert "cannot read " in text_of(result)
+    assert "def runtest" not in text_of(result)
