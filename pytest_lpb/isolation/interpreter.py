@@ -4,40 +4,36 @@ from __future__ import annotations
 
 import shlex
 import socket
-import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from shutil import which
 from typing import Any
 
 import execnet
+from execnet.gateway_io import popen_bootstrapline
 
 from pytest_lpb.errors import PlannerError
 from pytest_lpb.isolation.far.stream import ChannelStream, Stream
-from pytest_lpb.isolation.process import Tail, end_of, has_ended, kill_group
+from pytest_lpb.isolation.host import collected_errors, ssh_words
+from pytest_lpb.isolation.probe import START_S, check_interpreter, check_version, interpreter_words
+from pytest_lpb.isolation.process import Tail, end_of, has_ended, kill, kill_group
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.isolation.sources import boot_source, far_sources
 
-OLDEST = (3, 8)  # what the far side is written for
-START_S = 60.0  # [s] within which an interpreter must say hello
 END_S = 1.0  # [s] for what is left to read of a process that has ended
-# One thread for linear algebra, as in this process: what a planner gains by more depends on who else runs.
-ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM")}
-OF_THIS_INTERPRETER = ("PYTHONPATH", "PYTHONHOME")
+TOLD_BY_SSH = {"ended with exit code 255": "was ended by a signal, or the connection was lost"}
 
 
-def gateway_spec(isolation: Isolation) -> execnet.XSpec:
-    """What execnet is to start."""
-    environment = {**ONE_THREAD, **isolation.environment}
-    words = ["env", *(f"{name}={value}" for name, value in environment.items())]
-    if isolation.python and not isolation.ssh:
-        words[1:1] = [word for name in OF_THIS_INTERPRETER if name not in environment for word in ("-u", name)]
-    words.append(isolation.python or ("python3" if isolation.ssh else sys.executable))
-    # Set as attributes: in execnet's own notation no value could hold a double slash.
-    spec = execnet.XSpec("popen" if not isolation.ssh else f"ssh=-o BatchMode=yes {isolation.ssh}")
+def gateway_spec(isolation: Isolation, errors: str = "") -> execnet.XSpec:
+    """What execnet is to start; ssh writes to the file `errors` what it and the planner there have to say."""
+    words = interpreter_words(isolation)
+    if isolation.ssh:
+        # Execnet's own words for ssh leave no say in its standard error, nor in how it takes Ctrl-C.
+        ssh = shlex.join(ssh_words(isolation, [*words, "-u", "-c", popen_bootstrapline]))
+        words = ["sh", "-c", f"trap '' INT; exec {ssh} 2>{shlex.quote(errors)}"]
+    spec = execnet.XSpec("popen")
+    # Set as an attribute: in execnet's own notation no value could hold a double slash.
     spec.python = shlex.join(words)
     return spec
 
@@ -52,39 +48,45 @@ class Interpreter:
     """
 
     def __init__(self, isolation: Isolation) -> None:
-        program = isolation.python or sys.executable
-        if not isolation.ssh and which(program) is None:
-            raise PlannerError(f"python: {program} is no program that can be run")
-        if isolation.python and not isolation.ssh:
-            _check_python(isolation)
+        check_interpreter(isolation)
         self.about: dict[str, Any] = {}
-        self._place = isolation.place
-        self._pid = 0  # of a process on this host
+        self._isolation = isolation
+        self._pid = 0  # of the process on this host: the interpreter, or ssh
         self._tail = Tail()
         self._calls: socket.socket | None = None
         self._group = execnet.Group()
         try:
-            self._start(isolation)
+            self._start()
         except BaseException:
             self.kill()
             raise
 
-    def _start(self, isolation: Isolation) -> None:
+    def _start(self) -> None:
+        place = self._isolation.place
         try:
-            channel = self._group.makegateway(gateway_spec(isolation)).remote_exec(boot_source())
-            if isolation.ssh:
-                hello = _hello(channel, "")
-                self._stream: Stream | ChannelStream = ChannelStream(channel)
-            else:
-                hello = self._connected(channel)
-        except (EOFError, OSError, execnet.HostNotFound, execnet.TimeoutError, execnet.RemoteError) as error:
+            hello = self._there() if self._isolation.ssh else self._here()
+        except (EOFError, OSError, AssertionError, execnet.TimeoutError, execnet.RemoteError) as error:
             text = f"{type(error).__name__}: {error}".strip().rpartition("\n")[2]
-            raise PlannerError(f"{self._place} did not start as a Python interpreter ({text})") from None
+            raise PlannerError(f"{place} did not start as a Python interpreter ({text})") from None
         self.about = {key: hello[key] for key in ("python", "numpy")}
-        if tuple(map(int, hello["python"].split(".")[:2])) < OLDEST:
-            raise PlannerError(f"{self._place} is Python {hello['python']}; 3.8 or newer is needed")
+        check_version(place, hello["python"])
         if hello["numpy"].startswith("missing"):
-            raise PlannerError(f"{self._place} has no NumPy, which is needed there ({hello['numpy']})")
+            raise PlannerError(f"{place} has no NumPy, which is needed there ({hello['numpy']})")
+
+    def _there(self) -> dict[str, Any]:
+        """Start on another host: all goes through execnet's channel, and what is printed through ssh's errors."""
+        with collected_errors() as (path, reader):
+            self._tail.read_from(reader)
+            gateway = self._group.makegateway(gateway_spec(self._isolation, path))
+            self._pid = gateway._io.popen.pid  # type: ignore[attr-defined] # of the one kind that starts a process
+            channel = gateway.remote_exec(boot_source())
+            hello = _hello(channel, "")
+        self._stream: Stream | ChannelStream = ChannelStream(channel)
+        return hello
+
+    def _here(self) -> dict[str, Any]:
+        """Start on this host."""
+        return self._connected(self._group.makegateway(gateway_spec(self._isolation)).remote_exec(boot_source()))
 
     def _connected(self, channel: execnet.Channel) -> dict[str, Any]:
         """Have the process connect to two sockets: for calls, and for what it prints."""
@@ -112,11 +114,14 @@ class Interpreter:
 
     def ending(self) -> str:
         """How the process ended, once its stream has."""
-        return end_of(self._pid) if self._pid else ""
+        how = end_of(self._pid) if self._pid else ""
+        return TOLD_BY_SSH.get(how, how) if self._isolation.ssh else how
 
     def kill(self) -> None:
         """End the process, with whatever it has started."""
-        if self._pid:
+        if self._pid and self._isolation.ssh:
+            kill(self._pid)  # the far side watches the connection
+        elif self._pid:
             kill_group(self._pid)
         with suppress(OSError):
             self._group.terminate(timeout=END_S)
@@ -125,21 +130,8 @@ class Interpreter:
         self._tail.join(END_S)
 
     def output(self) -> str:
-        """The last of what was printed; of another host none."""
+        """The last of what was printed."""
         return self._tail.text
-
-
-def _check_python(isolation: Isolation) -> None:
-    """Raises PlannerError for a program that is no Python of the last years: execnet would leave it behind."""
-    words = shlex.split(str(gateway_spec(isolation).python))
-    command = [*words, "-c", "import sys; print(*sys.version_info[:2])"]
-    try:
-        said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=START_S).stdout
-        version = tuple(map(int, said.split()))
-    except (OSError, ValueError, subprocess.SubprocessError):
-        raise PlannerError(f"{isolation.place} did not start as a Python interpreter") from None
-    if version < OLDEST:
-        raise PlannerError(f"{isolation.place} is Python {'.'.join(map(str, version))}; 3.8 or newer is needed")
 
 
 def _hello(channel: execnet.Channel, path: str) -> dict[str, Any]:

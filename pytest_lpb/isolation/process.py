@@ -67,6 +67,12 @@ def told(code: int) -> str:
     return f"was ended by {name} (signal {-code})"
 
 
+def kill(pid: int) -> None:
+    """Kill a process."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.kill(pid, signal.SIGKILL)
+
+
 def kill_group(pid: int) -> None:
     """Kill a process group, whose leader is the process, or was."""
     with suppress(ProcessLookupError, PermissionError):

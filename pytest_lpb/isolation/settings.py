@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.isolation.ssh_options import destination, faults_of_ssh, with_paths
+
 ELSEWHERE = ("python", "ssh", "command")  # keys that name another interpreter or program
 KEYS = (*ELSEWHERE, "environment", "working_dir", "isolate", "deadline_s", "setup_deadline_s", "memory_mb")
 
@@ -17,7 +19,7 @@ class Isolation:
     """A planner's own process. Picklable."""
 
     python: str | None = None  # an interpreter, on the host `ssh` if there is one
-    ssh: str | None = None  # user@host
+    ssh: str | None = None  # user@host, with options of ssh
     command: tuple[str, ...] = ()  # a program that speaks the protocol over stdin and stdout
     environment: Mapping[str, str] = field(default_factory=dict)  # added to this process's
     working_dir: str | None = None  # None: this process's
@@ -34,7 +36,8 @@ class Isolation:
     @property
     def place(self) -> str:
         """Where the planner runs, in messages."""
-        return self.ssh or (self.command[0] if self.command else "") or self.python or "its own process"
+        host = destination(self.ssh) if self.ssh else ""
+        return host or (self.command[0] if self.command else "") or self.python or "its own process"
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of a planner file that give this; those with their defaults are left out."""
@@ -71,6 +74,8 @@ def isolation_of(values: Mapping[str, Any], folder: Path) -> Isolation | None:
         isolation = replace(isolation, command=(_program(command[0], folder), *command[1:]))
     if isolation.python and not isolation.ssh:
         isolation = replace(isolation, python=_program(isolation.python, folder))
+    if isolation.ssh:
+        isolation = replace(isolation, ssh=with_paths(isolation.ssh, lambda path: _program(path, folder)))
     if isolation.working_dir and not isolation.ssh:
         isolation = replace(isolation, working_dir=str((folder / Path(isolation.working_dir).expanduser()).absolute()))
     return isolation
@@ -87,6 +92,8 @@ def faults_of(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Keys that do not fit together, each with what is wrong."""
     if values.get("command") and (values.get("python") or values.get("ssh")):
         yield "command", "a program needs no `python` or `ssh`; write `command: ssh host program` for another host"
+    if values.get("ssh"):
+        yield from (("ssh", fault) for fault in faults_of_ssh(values["ssh"]))
     if values.get("planner") and values.get("command"):
         yield "planner", "a program (`command`) has no class; leave this key out"
     if values.get("isolate") is False and any(values.get(key) for key in KEYS):

@@ -106,12 +106,17 @@ def test_a_constructor_that_raises() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="prctl is Linux's")
 def test_it_ends_with_whoever_started_it() -> None:
     """Even killed, and even while the planner's process is busy in C."""
+    assert ends_with_its_parent({"fault": "spins_in_c"}, {})
+
+
+def ends_with_its_parent(parameters: dict[str, Any], keys: dict[str, Any]) -> bool:
+    """Whether the planner's process ends when the one that called it is killed, in the middle of a call."""
     program = (
         "from tests.isolation.planners import Hostile\n"
         "from tests.isolation.trials import *\n"
         "from pytest_lpb.planner.base import PlannerProblem\n"
         "from pytest_lpb.problem.problem import Problem\n"
-        "made = specification(HOSTILE, {'fault': 'spins_in_c'}, {})\n"
+        f"made = specification(HOSTILE, {parameters!r}, {keys!r})\n"
         "planner = made.planner.build()\n"
         "planner.setup(PlannerProblem.of(Problem.from_dict(made.problem, 'x'), 0.05))\n"
         "import numpy as np\n"
@@ -124,7 +129,7 @@ def test_it_ends_with_whoever_started_it() -> None:
         pid = int(process.stdout.readline())
         _signal_nothing(pid)
         process.kill()
-    assert has_ended(pid)
+    return has_ended(pid)
 
 
 def has_ended(pid: int) -> bool:

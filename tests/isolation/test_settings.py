@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -67,6 +68,9 @@ def test_programs_without_a_slash_are_found_in_path_and_commands_split_like_a_sh
         ("command: ./x\npython: y\n", "mine.yaml:1: command: a program needs no `python` or `ssh`"),
         ("planner: pd\nenvironment: {A: 1}\n", "mine.yaml:2: environment.A: Input should be a valid string"),
         ("planner: pd\npyhton: x\n", "mine.yaml:2: pyhton: unknown key; did you mean 'python'?"),
+        ("planner: m:C\nssh: -Z me@robot\n", "mine.yaml:2: ssh: found '-Z me@robot': option -Z not recognized"),
+        ("planner: m:C\nssh: -p 22\n", "mine.yaml:2: ssh: found '-p 22', which names 0 hosts; write user@host"),
+        ("planner: m:C\nssh: robot python3\n", "mine.yaml:2: ssh: found 'robot python3', which names 2 hosts"),
         ("isolate: true\n", "mine.yaml:1: planner: missing; name the planner's class here"),
     ],
 )
@@ -111,10 +115,21 @@ def test_what_execnet_is_told_to_start() -> None:
 
 
 def test_another_host_is_reached_by_ssh_without_asking_for_passwords() -> None:
-    from execnet.gateway_io import ssh_args
+    spec = gateway_spec(Isolation(ssh="-p 22 me@robot", environment={"A": "b c"}), "/tmp/x y")
+    program, option, script = shlex.split(str(spec.python))
+    assert (program, option) == ("sh", "-c")
+    words = shlex.split(script.replace("trap '' INT; exec ", ""))
+    assert words[:7] == ["ssh", "-T", "-o", "BatchMode=yes", "-p", "22", "me@robot"]
+    assert "ConnectTimeout=10" in words[7:-2]
+    assert words[-2].startswith("env OMP_NUM_THREADS=1 ")
+    assert "'A=b c' python3 -u -c " in words[-2]
+    assert words[-1] == "2>/tmp/x y"
 
-    spec = gateway_spec(Isolation(ssh="me@robot", environment={"A": "b c"}))
-    arguments = ssh_args(spec)
-    assert arguments[:5] == ["ssh", "-C", "-o", "BatchMode=yes", "me@robot"]
-    assert arguments[5].startswith("env OMP_NUM_THREADS=1 ")
-    assert "'A=b c' python3 -c " in arguments[5]
+
+def test_files_of_ssh_are_relative_to_the_planner_file(tmp_path: Path) -> None:
+    isolation = read(tmp_path, "planner: m:C\nssh: -F ../cells/ssh me@robot -p 22 -i ~/key -o 'User=a b'\n").isolation
+    assert isolation is not None
+    assert isolation.place == "me@robot"
+    words = shlex.split(isolation.ssh or "")
+    assert Path(words[1]).resolve() == (tmp_path / "cells/ssh").resolve()
+    assert words[2:] == ["-p", "22", "-i", str(Path("~/key").expanduser()), "-o", "User=a b", "me@robot"]

@@ -1,23 +1,45 @@
 """The first code in the far process: says who it is, then serves. Executed by execnet, which gives it `channel`."""
 
 import os
+import select
 import socket
 import sys
+import warnings
 
 OLDEST = (3, 8)
 KILLED_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 SIGKILL = 9
+CLOSED = select.POLLHUP | getattr(select, "POLLRDHUP", 0)
+LOOK_MS = 500.0  # between two looks whether the watched process lives
 
 
 def own_group():
     # type: () -> None
     """Leave the terminal's process group, whose Ctrl-C is not for planners; end when the parent does."""
-    if hasattr(os, "setpgid"):
+    if os.getsid(0) != os.getpid():  # as it is over ssh: then the group is its own already
         os.setpgid(0, 0)
     if sys.platform == "linux":
         import ctypes
 
         ctypes.CDLL(None).prctl(KILLED_WITH_PARENT, SIGKILL)
+
+
+def watch(connection):
+    # type: (int) -> None
+    """Have a child end this process's group when a connection closes, or this process ends.
+
+    Over ssh nobody else can: what runs there is told of nothing but the end of its standard input.
+    """
+    watched = os.getpid()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a fork beside execnet's thread: the child needs nothing of it
+        if os.fork():
+            return
+    poll = select.poll()
+    poll.register(connection, CLOSED)
+    while os.getppid() == watched and not poll.poll(LOOK_MS):
+        pass
+    os.killpg(os.getpgid(0), SIGKILL)
 
 
 def connected(path):
@@ -56,9 +78,8 @@ def main(channel):
         redirect(output.fileno())
         output.close()
     else:
-        nothing = os.open(os.devnull, os.O_WRONLY)
-        redirect(nothing)
-        os.close(nothing)
+        redirect(2)  # ssh brings it home
+        watch(channel.gateway._io.infile.fileno())  # type: ignore[attr-defined] # of execnet
     numpy = numpy_version() if sys.version_info >= OLDEST else "not looked for"
     hello = {"pid": os.getpid(), "python": ".".join(map(str, sys.version_info[:3])), "numpy": numpy}
     channel.send(hello)  # type: ignore[attr-defined] # of execnet
