@@ -17,7 +17,7 @@ from pytest_lpb.planner.files import find_planners, parted, with_path
 from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
 from pytest_lpb.plugin.expectation import check_known_failures
 from pytest_lpb.plugin.gating import checked_gate, gate_options, restore_gate
-from pytest_lpb.plugin.options import PARTS, chosen_planners, split_names
+from pytest_lpb.plugin.options import CHECKED, PARTS, chosen_planners, split_names
 from pytest_lpb.plugin.session import SESSION, WORKER_ROOT, WORKER_RUN, LpbSession, Source
 from pytest_lpb.plugin.sources import as_arguments, restore, run_folder_of, study_of, take_problems, typed_options
 from pytest_lpb.plugin.worker import WorkerPlugin
@@ -110,6 +110,7 @@ def _session(config: pytest.Config) -> LpbSession:
         planned=None if resumed is None else trials_of(resumed.info()["planned"]),
         gate=gate,
         checked_gate=checked,
+        checked_trials=_checked_trials(config),
     )
     return replace(session, source=_source(session, study, problems, typed))
 
@@ -135,6 +136,18 @@ def _problems(config: pytest.Config) -> RunFolder | None:
     config.option.lpb_problems = os.path.relpath(run.path, config.invocation_params.dir)
     take_problems(config, run)
     return run
+
+
+def _checked_trials(config: pytest.Config) -> int | None:
+    """How many trials of each planner are run again; None without `--lpb-check-isolation`."""
+    count: int | None = config.getoption("lpb_check_trials")
+    if not config.getoption("lpb_check_isolation"):
+        if count is not None:
+            raise LpbError("--lpb-check-trials says how many trials --lpb-check-isolation runs again: give both")
+        return None
+    if count is not None and count < 1:
+        raise LpbError(f"--lpb-check-trials: found {count}; allowed are 1 and more")
+    return CHECKED if count is None else count
 
 
 def _source(

@@ -42,6 +42,7 @@ class ControllerPlugin:
         self._rates: list[RateVerdict] = []
         self._gate: GateResult | None = None
         self._faults: list[str] = []
+        self._check_faults: list[str] = []  # of `--lpb-check-isolation`
         self._progress: Progress | None = None
         self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
         self._known: set[tuple[str, str, int]] = set()  # failed as expected
@@ -129,6 +130,8 @@ class ControllerPlugin:
         folder = self._folder
         if folder is None:
             return (yield)
+        if self._session.checked_trials is not None and not self._interrupted(session):
+            self._check_fairness(folder, self._session.checked_trials)
         # Who terminated the run may not wait until interrupted workers have ended.
         self._conclude(session, folder)
         files = list(folder.trial_files())
@@ -136,6 +139,25 @@ class ControllerPlugin:
         if list(folder.trial_files()) != files:
             self._conclude(session, folder)
         return result
+
+    @staticmethod
+    def _interrupted(session: pytest.Session) -> bool:
+        return session.exitstatus not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
+
+    def _check_fairness(self, folder: RunFolder, per_planner: int) -> None:
+        """Run some trials again, elsewhere and in another order; what is found lies in the run folder."""
+        from pytest_lpb.fairness.check import check_fairness
+
+        reporter = self._config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is not None:
+            reporter.write_line("")
+            reporter.write_line(f"lpb: checking isolation: up to {per_planner} trials of each planner again")
+        try:
+            check_fairness(folder, per_planner, self._session.workers).write(folder.path)
+        except (LpbError, OSError) as error:
+            self._check_faults.append(f"isolation could not be checked: {error}")
+        except KeyboardInterrupt:
+            self._check_faults.append("isolation was not checked: interrupted")
 
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
@@ -154,6 +176,7 @@ class ControllerPlugin:
                 if self._session.assertion == "rate":
                     self._rates = judge_rates(evaluation.trials, folder)
                 self._data = write_tables(evaluation, folder.path)
+                self._faults = [*self._check_faults, *self._data.warnings]
                 self._judge(evaluation)
                 self._data = replace(self._data, gate=self._gate)
                 write_report(folder.path / REPORT_FILE, self._data)

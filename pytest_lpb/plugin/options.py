@@ -10,6 +10,7 @@ import pytest
 DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
 ASSERTIONS = ("trial", "rate", "none")
 PARTS = ("start", "goal", "obstacles")
+CHECKED = 6  # trials per planner
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -36,6 +37,15 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
     group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
     group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
+    group.addoption(
+        "--lpb-check-isolation",
+        action="store_true",
+        help="run some trials again, alone and in reverse order: do they come out the same? And move scenes: "
+        "do planners look at them?",
+    )
+    group.addoption(
+        "--lpb-check-trials", type=int, metavar="N", help=f"trials of each planner to check (default: {CHECKED})"
+    )
     _add_gate_options(group, parser)
     parser.addini("lpb_planners", "planners to run (as --lpb-planners)", type="args", default=[])
     parser.addini("lpb_planners_dir", "folder of planner configurations", type="string", default="")

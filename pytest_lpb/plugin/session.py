@@ -66,6 +66,7 @@ class LpbSession:
     planned: frozenset[TrialKey] | None = None  # trials of the run that is finished now; None: a new run
     gate: GateOptions | None = None  # as it was asked for; checked in the controlling process
     checked_gate: CheckedGate | None = None
+    checked_trials: int | None = None  # of each planner, to be run again; None: none
 
     def seeds(self, family: Family) -> Sequence[int]:
         """Seeds of a scenario's trials."""

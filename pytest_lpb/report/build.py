@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from pytest_lpb.errors import RecordingError
+from pytest_lpb.fairness.result import read_fairness
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.report import write_report
 from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
@@ -30,15 +31,17 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
     trials = evaluation.trials
     compared = trials if pair is None else trials[trials["planner"].isin(pair)]
     retimed, faults = _retimed(evaluation, folder)
+    unfair, notes = _fairness(evaluation)
+    info = evaluation.run.info()
     comparisons: pd.DataFrame = comparisons_table(compared, evaluation.kpis)
     return ReportData(
         trials=trials,
         summary=summary_table(trials, evaluation.kpis),
         comparisons=comparisons,
         kpis=evaluation.kpis,
-        run_info=evaluation.run.info(),
+        run_info={**info, "notes": [*info.get("notes", ()), *notes]},
         trajectory_of=evaluation.trajectory_of,
-        warnings=[*evaluation.warnings, *faults],
+        warnings=[*evaluation.warnings, *faults, *unfair],
         aggregates=aggregates_table(trials, evaluation.kpis),
         retimed=retimed,
         title=evaluation.run.name,
@@ -57,6 +60,17 @@ def _retimed(evaluation: Evaluation, folder: Path | None) -> tuple[Retimed | Non
         if retimed is not None:
             return retimed.selected(keys), []
     return None, []
+
+
+def _fairness(evaluation: Evaluation) -> tuple[list[str], list[str]]:
+    """Faults and notes of the check of isolation, if the run had one."""
+    if not isinstance(evaluation.run, RunFolder):
+        return [], []
+    try:
+        fairness = read_fairness(evaluation.run.path)
+    except RecordingError as error:
+        return [str(error)], []
+    return ([], []) if fairness is None else (list(fairness.faults()), list(fairness.notes()))
 
 
 def write_results(

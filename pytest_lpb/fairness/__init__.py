@@ -1,0 +1,1 @@
+"""Fair play: trials run again in other processes and orders, and whether planners look at the scene."""
