@@ -13,6 +13,7 @@ TEXT = Path("docs/robustness.md")
 def rows() -> dict[str, list[str]]:
     """Cells of the rows that begin with a fault, by its name."""
     text = (Path(__file__).parents[2] / TEXT).read_text("utf-8")
+    text = text.partition("\n## Faults of a planner\n")[2].partition("\n## ")[0]
     found = [re.split(r"(?<!\\) \| ", line.strip("| \n")) for line in text.splitlines() if line.startswith("| ")]
     return {re.split(r"\W", cells[0])[0]: cells for cells in found if cells[0] != "fault"}
 
