@@ -79,6 +79,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--retime", type=int, metavar="N", nargs="?", const=DEFAULT_PASSES, help="time all calls again, in N passes"
     )
+    parser.add_argument(
+        "--trust-run", action="store_true", help="let --retime and --reproduce start what the run folder names"
+    )
     parser.add_argument("--output", type=Path, metavar="DIR", help="where to write (default: the run folder)")
     parser.add_argument("--save-baseline", type=Path, metavar="FILE", help="write a baseline file for the gate")
     parser.add_argument("--baseline", metavar="RUN_OR_FILE", help="regression gate: this run, file or planner:NAME")

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from pytest_lpb.errors import ConfigurationError
-from pytest_lpb.plugin.options import PARTS, named_study
+from pytest_lpb.planner.files import parted
+from pytest_lpb.plugin.options import PARTS, named_study, split_names
 from pytest_lpb.run.folder import RUN_FILE, RunFolder
 from pytest_lpb.study.study import Study, read_study
 
@@ -60,14 +61,32 @@ def restore(config: pytest.Config, run: RunFolder) -> None:
                 f"--lpb-resume: {as_arguments({name: value})[0]} is not what {run.path.name} was started with; "
                 "leave it out: the run is finished as it began"
             )
-    for name, value in recorded.items():
-        setattr(config.option, name, value)
+    _check_own(config, info, run)
+    for name in RECORDED:
+        if name in recorded:
+            setattr(config.option, name, recorded[name])
     if arguments_given(config) and config.args != info["arguments"]:
         raise ConfigurationError(
             f"--lpb-resume: {run.path.name} was started with {' '.join(info['arguments'])}; leave {config.args[0]} out"
         )
     config.args = list(info["arguments"])
     _check_place(config, info, run)
+
+
+def _check_own(config: pytest.Config, info: dict[str, Any], run: RunFolder) -> None:
+    """Raise ConfigurationError where a run names planner files or arguments in its own folder.
+
+    They were not there when it began: whoever wrote them means to have them run.
+    """
+    references = split_names(info["options"].get("lpb_planners") or "")
+    files = [path for reference in references if (path := parted(reference)[1])]
+    for named in (*files, *info["arguments"]):
+        path = config.invocation_params.dir / named.partition("::")[0]
+        if path.resolve().is_relative_to(run.path):
+            raise ConfigurationError(
+                f"--lpb-resume: {run.path.name} names {named}, which lies in the run folder itself and cannot have "
+                "been there when the run began: its run.json has been changed; start a new run"
+            )
 
 
 def _check_place(config: pytest.Config, info: dict[str, Any], run: RunFolder) -> None:

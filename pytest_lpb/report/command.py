@@ -42,7 +42,7 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
     runs = [RunFolder.open(_run_path(path)) for path in options.runs]
     run = runs[0]
     if options.reproduce:
-        return [], not _reproduce(runs)
+        return [], not _reproduce(runs, options.trust_run)
     if options.video is not None:
         _write_video(run, options)
         return [], False
@@ -84,9 +84,9 @@ def _evaluation(runs: Sequence[RunFolder], options: argparse.Namespace) -> tuple
     return list(dict.fromkeys(warnings)), evaluations[0] if len(runs) == 1 else merge(evaluations)
 
 
-def _reproduce(runs: Sequence[RunFolder]) -> bool:
+def _reproduce(runs: Sequence[RunFolder], trusted: bool) -> bool:
     """Print how to run it again, and what has changed; of two runs, whether they agree. False for bad news."""
-    found = list(findings(runs[0]))
+    found = list(findings(runs[0], trusted=trusted))
     print("\n".join(reproduce_lines(runs[0], found)))
     good = not any(finding.spoils for finding in found)
     if len(runs) == 1:
@@ -171,7 +171,8 @@ def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, fold
         return []
     from pytest_lpb.retime.command import retime
 
-    return list(retime(run, shown.trials, options.retime, folder / RETIMED_FILE).warnings)
+    target = folder / RETIMED_FILE
+    return list(retime(run, shown.trials, options.retime, target, trusted=options.trust_run).warnings)
 
 
 def _print(data: ReportData, judged: GateResult | None, options: argparse.Namespace) -> None:

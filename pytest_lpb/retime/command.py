@@ -26,7 +26,7 @@ ALONE = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 SHOWN_LINES = 15
 
 
-def retime(run: RunFolder, trials: pd.DataFrame, passes: int, target: Path) -> Retimed:
+def retime(run: RunFolder, trials: pd.DataFrame, passes: int, target: Path, *, trusted: bool = False) -> Retimed:
     """Time the calls of trials again and write what pytest-benchmark measured.
 
     Args:
@@ -34,17 +34,18 @@ def retime(run: RunFolder, trials: pd.DataFrame, passes: int, target: Path) -> R
         trials: rows of its trials.csv.
         passes: how often each call is made and timed.
         target: JSON file to write, in pytest-benchmark's format.
+        trusted: whether the run may name programs, interpreters and hosts that are started.
 
     Raises:
         LpbError: a planner cannot be loaded, or nothing could be timed.
     """
     kept = trials[trials["steps"] > 1]
     keys = zip(kept["scenario"], kept["planner"], kept["seed"], strict=True)
-    job = Job(run.path, passes, [(str(scenario), str(planner), int(seed)) for scenario, planner, seed in keys])
+    job = Job(run.path, passes, [(str(scenario), str(planner), int(seed)) for scenario, planner, seed in keys], trusted)
     if not job.trials:
         raise LpbError("--retime: no trial of the selection has two steps, so there are no calls to time")
     # In this process first: what cannot be loaded is told at once, and in one line.
-    recorded_planners(run, dict.fromkeys(planner for _, planner in job.keys))
+    recorded_planners(run, dict.fromkeys(planner for _, planner in job.keys), trusted=trusted)
     with tempfile.TemporaryDirectory(prefix="lpb-retime-") as work:
         measured = Path(work) / "measured.json"
         said = _run_pytest(job, Path(work) / "job.json", measured)
@@ -60,7 +61,8 @@ def _run_pytest(job: Job, job_file: Path, measured: Path) -> str:
     """Have pytest do a job, and write what it measured, if anything; the end of what it said."""
     job_file.write_text(job.to_json(), encoding="utf-8")
     command = [
-        *(sys.executable, "-m", "pytest", "-q", "-rs", "-c", os.devnull, f"--rootdir={job.run}", "-n", "0"),
+        # Not to import what lies in the current folder: it may be the run folder.
+        *(sys.executable, "-P", "-m", "pytest", "-q", "-rs", "-c", os.devnull, f"--rootdir={job.run}", "-n", "0"),
         *("-p", "xdist.plugin", "-p", "pytest_benchmark.plugin", "-p", PLUGIN, "-p", "no:cacheprovider"),
         *(f"--lpb-job={job_file}", f"--benchmark-json={measured}", "--benchmark-quiet"),
         str(files(PLUGIN) / CALLS),

@@ -17,17 +17,18 @@ class Job:
     run: Path
     passes: int
     trials: Sequence[tuple[str, str, int]]  # scenario, planner, seed
+    trusted: bool = False  # whether the run may name what is started
 
     def to_json(self) -> str:
         """As text."""
-        return json.dumps({"run": str(self.run), "passes": self.passes, "trials": self.trials})
+        return json.dumps({"run": str(self.run), "passes": self.passes, "trials": self.trials, "trusted": self.trusted})
 
     @classmethod
     def from_json(cls, text: str) -> Job:
         """The job in such a text."""
         content = json.loads(text)
         trials = [(scenario, planner, seed) for scenario, planner, seed in content["trials"]]
-        return cls(Path(content["run"]), content["passes"], trials)
+        return cls(Path(content["run"]), content["passes"], trials, content["trusted"])
 
     @property
     def keys(self) -> list[Key]:

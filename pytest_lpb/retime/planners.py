@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Mapping
+from getopt import GetoptError
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +12,20 @@ from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.isolation.settings import isolation_of
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plugins import load_user_modules
 
 FOLDERS = ("invocation", "rootdir")  # of run.json, where the run looked modules up
 
 
-def recorded_planners(run: RunFolder, names: Iterable[str]) -> tuple[dict[str, PlannerConfiguration], list[str]]:
+def recorded_planners(
+    run: RunFolder, names: Iterable[str], *, trusted: bool
+) -> tuple[dict[str, PlannerConfiguration], list[str]]:
     """Configurations of planners by name, with their classes loaded; warnings where their code has changed.
 
     Modules are looked up where the run did, then in the current folder; never in the run folder, which may come from
-    anybody. Raises ConfigurationError with what is missing.
+    anybody. Programs, interpreters and hosts must be the user's own, unless the run is trusted. Raises
+    ConfigurationError with what is missing.
     """
     info = run.info()
     _extend_path(info, run.path)
@@ -31,7 +36,7 @@ def recorded_planners(run: RunFolder, names: Iterable[str]) -> tuple[dict[str, P
         entry = info["planners"].get(name)
         if entry is None:
             raise ConfigurationError(f"run.json says nothing of planner {name!r}, so it cannot be loaded again")
-        planners[name] = configuration = _loaded(name, entry, run)
+        planners[name] = configuration = _loaded(name, entry, run, trusted)
         if entry["source_hash"] and configuration.source_hash != entry["source_hash"]:
             warnings.append(f"planner {name!r} has changed since the run: its source is another")
     return planners, warnings
@@ -45,7 +50,11 @@ def _extend_path(info: Mapping[str, Any], run: Path) -> None:
             sys.path.append(str(folder))
 
 
-def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder) -> PlannerConfiguration:
+def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder, trusted: bool) -> PlannerConfiguration:
+    try:
+        recorded = isolation_of(entry.get("isolation", {}), run.path)
+    except (AttributeError, LookupError, TypeError, ValueError, GetoptError) as error:
+        raise ConfigurationError(f"run.json: planner {name!r}: isolation: {error}") from None
     configuration = PlannerConfiguration(
         name=name,
         planner=entry["planner"],
@@ -53,7 +62,7 @@ def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder) -> PlannerConfi
         per_robot=entry["per_robot"],
         period=entry["period"],
         delay=entry["delay"],
-        isolation=isolation_of(entry.get("isolation", {}), run.path),
+        isolation=own_isolation(run, name, entry["planner"], recorded, trusted=trusted),
     )
     try:
         configuration.definition  # noqa: B018 - imports its class

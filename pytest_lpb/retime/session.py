@@ -23,9 +23,8 @@ class RetimingSession:
 
     def __init__(self, job: Job) -> None:
         self.job = job
-        self._planners, self.warnings = recorded_planners(
-            RunFolder.open(job.run), dict.fromkeys(planner for _, planner in job.keys)
-        )
+        names = dict.fromkeys(planner for _, planner in job.keys)
+        self._planners, self.warnings = recorded_planners(RunFolder.open(job.run), names, trusted=job.trusted)
         self._stack = ExitStack()
         self._stack.enter_context(threadpool_limits(limits=1))
         self._open: dict[Key, Timed] = {}

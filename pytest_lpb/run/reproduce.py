@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.planner.files import read_planner
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file
+from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.provenance import PACKAGES, git_state, installed_version
 from pytest_lpb.trial.files import read_metadata
@@ -56,15 +57,19 @@ def commands(run: RunFolder) -> list[tuple[str, str]]:
     ]
 
 
-def findings(run: RunFolder) -> Iterator[Finding]:
-    """What the run took, compared with what is there now."""
+def findings(run: RunFolder, *, trusted: bool = False) -> Iterator[Finding]:
+    """What the run took, compared with what is there now.
+
+    Interpreters and hosts are asked for a planner's parameters and source if they are the user's own, or `trusted`.
+    """
     info = run.info()
     for name, scenario in info["scenarios"].items():
         yield _scenario(name, scenario)
-    if str(Path.cwd()) not in sys.path:
-        sys.path.insert(0, str(Path.cwd()))
+    here = Path.cwd()
+    if str(here) not in sys.path and not here.is_relative_to(run.path):
+        sys.path.insert(0, str(here))
     for name, planner in info["planners"].items():
-        yield _planner(run, name, planner)
+        yield _planner(run, name, planner, trusted)
     for name in PACKAGES:
         before, now = info["packages"].get(name), installed_version(name)
         yield Finding(f"package {name}", "same" if before == now else "differs", f"{before}, now {now}")
@@ -81,10 +86,11 @@ def _scenario(name: str, scenario: Mapping[str, Any]) -> Finding:
     return Finding(what, "same" if same else "changed", str(file))
 
 
-def _planner(run: RunFolder, name: str, recorded: Mapping[str, Any]) -> Finding:
+def _planner(run: RunFolder, name: str, recorded: Mapping[str, Any], trusted: bool) -> Finding:
     what, file = f"planner {name}", planner_file(run.path, name)
     try:
-        now = read_planner(file, name)
+        read = read_planner(file, name)
+        now = replace(read, isolation=own_isolation(run, name, read.planner, read.isolation, trusted=trusted))
         hashes = {"parameters": now.parameters_hash, "code": now.source_hash}
     except LpbError as error:
         return Finding(what, "missing", in_one_line(error))

@@ -1,0 +1,164 @@
+"""Run folders come from anybody: what they name is not started, unless it is the user's own or was trusted."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_lpb.cli import EXIT_USAGE, main
+from pytest_lpb.run.inputs import planner_file
+
+from .projects import SCENARIO, Project, read_run, text_of
+
+OPTIONS = [["--retime", "2"], ["--reproduce"]]
+
+
+@pytest.fixture
+def run(finished_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of a run of pd and potential_field, seen from a folder of its own."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    copy = shutil.copytree(finished_run, tmp_path / "run")
+    for name in ("pd", "potential_field"):
+        planner_file(copy, name).parent.mkdir(exist_ok=True)
+        planner_file(copy, name).write_text(f"planner: {name}\n")
+    return copy
+
+
+def tamper(run: Path, keys: dict[str, Any]) -> None:
+    """Have a run say that its pd was started with these keys."""
+    info = read_run(run)
+    planner = {} if "command" in keys else {"planner": "pd"}
+    info["planners"]["pd"] |= {"planner": "", **planner, "isolation": {"isolate": True, **keys}}
+    (run / "run.json").write_text(json.dumps(info))
+    planner_file(run, "pd").write_text(json.dumps({**planner, **keys}))
+
+
+def touching(path: Path) -> Path:
+    """A program that leaves a file, and is no planner."""
+    program = path.with_suffix(".sh")
+    program.write_text(f"#!/bin/sh\ntouch {path}\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=lambda options: options[0])
+@pytest.mark.parametrize("key", ["python", "command", "ssh", "environment", "working_dir"])
+def test_what_a_run_names_is_not_started(
+    run: Path, key: str, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    touched = run.parent / "touched"
+    program = touching(touched)
+    values = {
+        "python": str(program),
+        "command": [str(program), "a b"],
+        "ssh": f"-o ProxyCommand={program} nowhere",
+        "environment": {"LD_PRELOAD": str(program)},
+        "working_dir": str(run),
+    }
+    tamper(run, {key: values[key]})
+    assert main([str(run), *options, "--planners=pd"]) == (EXIT_USAGE if options[0] == "--retime" else 1)
+    told = capsys.readouterr()
+    text = told.err + told.out
+    assert f"planner 'pd' would be started with {key}=" in text.replace("'" + key, key)
+    assert "no planners/pd.yaml in the current folder says the same; call it where yours is, or add --trust-run" in text
+    assert not touched.exists()
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=lambda options: options[0])
+def test_it_is_started_when_it_was_trusted(run: Path, options: list[str]) -> None:
+    touched = run.parent / "touched"
+    tamper(run, {"python": str(touching(touched))})
+    main([str(run), *options, "--planners=pd", "--trust-run"])
+    assert touched.exists()
+
+
+@pytest.mark.parametrize(
+    ("own", "started"),
+    [
+        ("planner: pd\npython: ../../touched.sh\ndeadline_s: 3.0\n", True),
+        ("planner: pd\npython: ../../other.sh\n", False),
+        ("planner: mine:Pd\npython: ../../touched.sh\n", False),
+        ("planner: pd\npython: ../../touched.sh\nenvironment: {A: b}\n", False),
+        ("planner: pd\n", False),
+    ],
+)
+def test_it_is_started_when_it_is_the_users_own(run: Path, own: str, started: bool) -> None:
+    touched = run.parent / "touched"
+    tamper(run, {"python": str(touching(touched))})
+    Path("planners").mkdir()
+    Path("planners/pd.yaml").write_text(own)
+    main([str(run), "--reproduce"])
+    assert touched.exists() is started
+
+
+@pytest.mark.parametrize("folder", [".", "trials", "../another"])
+def test_a_run_folder_is_nobodys_own(run: Path, folder: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even for whoever is in it, nor is another run's."""
+    touched = run.parent / "touched"
+    tamper(run, {"python": str(touching(touched))})
+    if folder == "../another":
+        shutil.copytree(run, run.parent / "another")
+    shutil.copytree(run / "planners", run / "trials" / "planners")
+    monkeypatch.chdir(run / folder)
+    main([str(run), "--reproduce"])
+    assert not touched.exists()
+
+
+def test_modules_in_the_run_folder_are_not_imported(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even when it is the current folder, where Python and pytest would look for them."""
+    for name in ("pytest", "conftest", "sneaky"):
+        (run / f"{name}.py").write_text(f"open({str(run.parent / 'touched')!r}, 'w')\n")
+    info = read_run(run)
+    info["planners"]["pd"]["planner"] = "sneaky:Planner"
+    (run / "run.json").write_text(json.dumps(info))
+    planner_file(run, "pd").write_text("planner: sneaky:Planner\n")
+    monkeypatch.chdir(run)
+    assert main([".", "--reproduce"]) == 1
+    assert main([".", "--retime", "2", "--planners=pd"]) == EXIT_USAGE
+    assert main([".", "--retime", "2", "--planners=potential_field"]) == 0
+    assert not (run.parent / "touched").exists()
+
+
+def test_calls_of_ones_own_interpreter_are_timed_again(project: Project) -> None:
+    project.write("mine.py", "from pytest_lpb.planner.pd import PD as Mine\n")
+    project.write("planners/far.yaml", f"planner: mine:Mine\npython: {sys.executable}\n")
+    project.scenario(content=SCENARIO)
+    project.run("scenarios", planners="far").assert_outcomes(passed=1)
+    assert main(["reports/latest", "--retime", "2"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"options": {"lpb_planners": "pd,x=RUN/planners/pd.yaml"}}, "planners/pd.yaml"),
+        ({"arguments": ["RUN/test_sneaky.py"]}, "test_sneaky.py"),
+    ],
+)
+def test_a_run_to_finish_names_nothing_of_its_own(project: Project, change: dict[str, Any], named: str) -> None:
+    project.scenario()
+    project.run("scenarios")
+    (run,) = project.runs()
+    info = read_run(run)
+    for key, value in change.items():
+        text = json.dumps(value).replace("RUN", f"reports/{run.name}")
+        info[key] = info[key] | json.loads(text) if isinstance(value, dict) else json.loads(text)
+    (run / "run.json").write_text(json.dumps(info))
+    result = project.run(f"--lpb-resume={run}", planners=None)
+    assert result.ret == EXIT_USAGE
+    assert f"names reports/{run.name}/{named}, which lies in the run folder itself" in text_of(result)
+
+
+def test_a_run_to_finish_sets_no_other_options(project: Project) -> None:
+    project.scenario()
+    project.run("scenarios")
+    (run,) = project.runs()
+    info = read_run(run)
+    info["options"]["collectonly"] = True
+    (run / "run.json").write_text(json.dumps(info))
+    project.run(f"--lpb-resume={run}", planners=None).assert_outcomes(passed=1)
