@@ -107,10 +107,10 @@ def check_unchanged(info: dict[str, Any], now: dict[str, Any]) -> None:
     """Raise ConfigurationError when planners or scenarios are not those that a run began with."""
     changed = [
         f"{kind[:-1]} {name!r} ({key.replace('_', ' ')})"
-        for kind, keys in (("planners", ("parameters_hash", "source_hash")), ("scenarios", ("hash",)))
+        for kind, keys in (("planners", ("parameters_hash", "source_hash", "isolation")), ("scenarios", ("hash",)))
         for name, before in info[kind].items()
         for key in keys
-        if name not in now[kind] or now[kind][name][key] != before[key]
+        if name not in now[kind] or now[kind][name].get(key) != before.get(key)
     ]
     if changed:
         raise ConfigurationError(

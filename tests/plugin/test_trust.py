@@ -154,6 +154,21 @@ def test_a_run_to_finish_names_nothing_of_its_own(project: Project, change: dict
     assert f"names reports/{run.name}/{named}, which lies in the run folder itself" in text_of(result)
 
 
+def test_a_run_to_finish_starts_what_is_configured(project: Project) -> None:
+    """Paths are no part of a planner's hash."""
+    touched = project.path / "touched"
+    project.write("planners/far.yaml", f"planner: pd\npython: {sys.executable}\n")
+    project.scenario()
+    project.run("scenarios", planners="far").assert_outcomes(passed=1)
+    (run,) = project.runs()
+    info = read_run(run)
+    info["planners"]["far"]["isolation"]["python"] = str(touching(touched))
+    (run / "run.json").write_text(json.dumps(info))
+    result = project.run(f"--lpb-resume={run}", planners=None)
+    assert "changed since the run began: planner 'far' (isolation)" in text_of(result)
+    assert not touched.exists()
+
+
 def test_a_run_to_finish_sets_no_other_options(project: Project) -> None:
     project.scenario()
     project.run("scenarios")
