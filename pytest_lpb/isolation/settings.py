@@ -11,7 +11,7 @@ from typing import Any
 from pytest_lpb.isolation.ssh_options import destination, faults_of_ssh, with_paths
 
 ELSEWHERE = ("python", "ssh", "command")  # keys that name another interpreter or program
-KEYS = (*ELSEWHERE, "environment", "working_dir", "isolate", "deadline_s", "setup_deadline_s", "memory_mb")
+KEYS = (*ELSEWHERE, "preview", "environment", "working_dir", "isolate", "deadline_s", "setup_deadline_s", "memory_mb")
 
 
 @dataclass(frozen=True)
@@ -21,6 +21,7 @@ class Isolation:
     python: str | None = None  # an interpreter, on the host `ssh` if there is one
     ssh: str | None = None  # user@host, with options of ssh
     command: tuple[str, ...] = ()  # a program that speaks the protocol over stdin and stdout
+    preview: Mapping[str, Any] = field(default_factory=dict)  # `steps` and `step_s` [s] that the program wants to see
     environment: Mapping[str, str] = field(default_factory=dict)  # added to this process's
     working_dir: str | None = None  # None: this process's
     isolate: bool = False
@@ -44,6 +45,7 @@ class Isolation:
         values = {item.name: getattr(self, item.name) for item in fields(self)}
         values["command"] = list(self.command)
         values["environment"] = dict(self.environment)
+        values["preview"] = dict(self.preview)
         return {key: value for key, value in values.items() if value}
 
     def hashed(self) -> dict[str, Any]:
@@ -94,6 +96,8 @@ def faults_of(values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "command", "a program needs no `python` or `ssh`; write `command: ssh host program` for another host"
     if values.get("ssh"):
         yield from (("ssh", fault) for fault in faults_of_ssh(values["ssh"]))
+    if values.get("preview") and not values.get("command"):
+        yield "preview", "is for programs (`command`); a class says what it wants to see: `preview = Preview(..)`"
     if values.get("planner") and values.get("command"):
         yield "planner", "a program (`command`) has no class; leave this key out"
     if values.get("isolate") is False and any(values.get(key) for key in KEYS):

@@ -104,6 +104,7 @@ class Command:
 
     def __init__(self, isolation: Isolation) -> None:
         self._isolation = isolation
+        self._preview = Preview(**isolation.preview) if isolation.preview else None
         self.about: dict[str, Any] = {}
         if which(isolation.command[0]) is None:
             raise ConfigurationError(f"command: {isolation.command[0]} is no program that can be run")
@@ -127,10 +128,10 @@ class Command:
 
     def checked(self, values: Mapping[str, Any], loc: tuple[str, ...], place: Place) -> FarParameters:  # noqa: ARG002
         """The values as they are."""
-        return FarParameters(dict(values), dict(values))
+        return FarParameters(dict(values), dict(values), self._preview)
 
     def preview_for(self, parameters: FarParameters) -> Preview | None:
-        """None: programs see the present."""
+        """What the planner file says that it wants to see of the future."""
         return parameters.preview
 
     def build(self, parameters: FarParameters) -> Planner:

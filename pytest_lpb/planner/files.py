@@ -16,9 +16,19 @@ from pytest_lpb.isolation.settings import KEYS, faults_of, isolation_of
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
+from pytest_lpb.problem.preview import MAX_STEPS
 from pytest_lpb.shipped import shipped_folder
 
 CONTROLS = ("acceleration", "velocity", "torque")
+
+
+class _Preview(BaseModel):
+    """What a program wants to see of the future."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+    steps: Annotated[int, Field(ge=1, le=MAX_STEPS)]
+    step_s: Annotated[float, Field(gt=0.0)]
 
 
 class _File(BaseModel):
@@ -36,6 +46,7 @@ class _File(BaseModel):
     python: str | None = None
     ssh: str | None = None
     command: str | list[str] = ""
+    preview: _Preview | None = None
     environment: dict[str, str] = {}
     working_dir: str | None = None
     isolate: bool | None = None

@@ -5,12 +5,14 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pytest_lpb import Planner, Preview
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.configuration import PlannerConfiguration
@@ -82,6 +84,39 @@ def test_the_example_in_c_does_what_pd_does(example: Path, obstacles: list[Any])
     np.testing.assert_allclose(theirs.action[:-1], ours.action[:-1], atol=1e-9)
     assert np.nanmax(theirs.solver_wall_ms) < 10.0
     assert np.nanmin(theirs.columns["planner_round_trip_ms"]) > 0.0
+
+
+class Ahead(Planner):
+    """The law of the example in C."""
+
+    preview = Preview(steps=5, step_s=0.1)
+
+    def compute_action(self, observation: Any) -> Any:
+        return observation["goal_reach_preview"][-1] - observation["q"] - 2.0 * observation["u"]
+
+
+@pytest.mark.parametrize("prediction", ["constant_velocity", "exact", "none"])
+def test_previews_are_those_of_a_class(example: Path, prediction: str) -> None:
+    """Of a goal that moves on a circle, beside an obstacle that moves."""
+    goal, disc = (
+        {key: value for key, value in entry.items() if key not in ("target", "position")}
+        for entry in (position_goal([0.0, 0.0]), circle(5.0, 5.0, 0.2))
+    )
+    problem: dict[str, Any] = {
+        "goal": [{**goal, "trajectory": ["2*cos(t)", "2*sin(t)"]}],
+        "obstacles": [{**disc, "trajectory": ["5 + 0.1*t", "5"]}],
+        "prediction": prediction,
+        "duration": 2.0,
+    }
+    ours = run(PlannerConfiguration("it", f"{__name__}:Ahead"), **problem)
+    theirs = run(read_planner(example, "towards"), **problem)
+    assert theirs.outcome == ours.outcome == "timeout", theirs.metadata["message"]
+    np.testing.assert_allclose(theirs.action[:-1], ours.action[:-1], atol=1e-9)
+    without = read_planner(example, "towards")
+    assert without.isolation is not None
+    blind = replace(without, isolation=replace(without.isolation, preview={}))
+    assert blind.parameters_hash != without.parameters_hash
+    assert (run(blind, **problem).action[0] == ours.action[0]).all() == (prediction == "none")
 
 
 def test_its_parameters_reach_it(example: Path) -> None:

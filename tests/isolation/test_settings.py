@@ -71,6 +71,9 @@ def test_programs_without_a_slash_are_found_in_path_and_commands_split_like_a_sh
         ("planner: m:C\nssh: -Z me@robot\n", "mine.yaml:2: ssh: found '-Z me@robot': option -Z not recognized"),
         ("planner: m:C\nssh: -p 22\n", "mine.yaml:2: ssh: found '-p 22', which names 0 hosts; write user@host"),
         ("planner: m:C\nssh: robot python3\n", "mine.yaml:2: ssh: found 'robot python3', which names 2 hosts"),
+        ("planner: pd\npreview: {steps: 3, step_s: 0.1}\n", "mine.yaml:2: preview: is for programs (`command`)"),
+        ("command: ./x\npreview: {steps: 0, step_s: 0.1}\n", "mine.yaml:2: preview.steps: Input should be greater"),
+        ("command: ./x\npreview: {steps: 3}\n", "mine.yaml:2: preview.step_s: Field required"),
         ("isolate: true\n", "mine.yaml:1: planner: missing; name the planner's class here"),
     ],
 )

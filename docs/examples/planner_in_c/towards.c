@@ -1,4 +1,4 @@
-/* A planner in C: action = p (goal - q) - k u. It speaks the protocol of docs/isolation.md over stdin and stdout.
+/* A planner in C: action = p (goal - q) - k u, with the goal where the preview ends, if there is one. It speaks the protocol of docs/isolation.md over stdin and stdout.
  *
  *     cc -O2 -o towards towards.c
  */
@@ -37,6 +37,18 @@ static Place place(const char *key) {
     return found;
 }
 
+/* Where the last prediction of the first goal lies, or the goal itself without a preview. */
+static Place goal_ahead(void) {
+    Place found = place("goal_position");
+    const char *text = strstr(line, "_preview\":"); /* goal_NAME_preview; goals come before obstacles */
+    long offset, length, steps, size;
+    if (text && sscanf(text, "_preview\":[%ld,%ld,[%ld,%ld", &offset, &length, &steps, &size) == 4) {
+        found.offset = offset + length - size;
+        found.length = size;
+    }
+    return found;
+}
+
 static int is(const char *type) {
     const char *text = after("type");
     return text && strncmp(text + 1, type, strlen(type)) == 0;
@@ -64,7 +76,7 @@ int main(void) {
         } else if (is("observation")) {
             q = place("q");
             u = place("u");
-            goal = place("goal_position");
+            goal = goal_ahead();
         } else if (is("call")) {
             if (goal.length != q.length || u.length != q.length || q.length > MOST) {
                 answer("{\"type\":\"error\",\"message\":\"towards moves a point or base to a position, nothing else\"}");
