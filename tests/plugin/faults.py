@@ -126,6 +126,44 @@ FATAL: dict[str, str] = {
     "kills_its_process": "os.kill(os.getpid(), signal.SIGKILL)",
 }
 
+
+class Isolated(NamedTuple):
+    """A fault that a planner commits in a process of its own."""
+
+    code: str  # as in Fault
+    keys: str  # of its planner file
+    outcome: str
+    text: str  # in the trial's message
+
+
+ISOLATED: dict[str, Isolated] = {
+    "leaves_at_once": Isolated(
+        FATAL["leaves_at_once"], "isolate: true", ERROR, "the planner's process ended with exit code 0"
+    ),
+    "segmentation_fault": Isolated(
+        FATAL["segmentation_fault"], "isolate: true", ERROR, "the planner's process was ended by SIGSEGV (signal 11)"
+    ),
+    "kills_its_process": Isolated(
+        FATAL["kills_its_process"], "isolate: true", ERROR, "the planner's process was ended by SIGKILL (signal 9)"
+    ),
+    "hangs": Isolated(
+        "time.sleep(600)", "deadline_s: 0.5", "deadline", "compute_action took longer than deadline_s = 0.5 s"
+    ),
+    "hangs_in_setup": Isolated(
+        "def setup(self, problem):\n    time.sleep(600)",
+        "setup_deadline_s: 1.5",
+        "deadline",
+        "start and setup took longer than setup_deadline_s = 1.5 s",
+    ),
+    "needs_more_and_more_memory": Isolated(
+        "kept = [None]\nwhile kept: kept.append(bytearray(10**8))",
+        "memory_mb: 1500",
+        ERROR,
+        "(memory_mb: 1500)",
+    ),
+    "leaves_a_child": Isolated("os.fork() or time.sleep(600)", "isolate: true", "success", "reached the goal"),
+}
+
 HEAD = """\
 import ctypes, os, random, signal, sys, threading, time, warnings
 import numpy as np

@@ -14,7 +14,7 @@ import pytest
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial
 
-from .faults import FATAL, FAULTS, conftest
+from .faults import FATAL, FAULTS, ISOLATED, conftest
 from .projects import FAST, LEAN, SCENARIO, read_table, trial_files
 
 WORKERS = (0, 2)
@@ -22,10 +22,10 @@ PATIENCE_S = 300.0
 
 
 def run(
-    folder: Path, scenarios: str, planners: list[str], workers: int
+    folder: Path, scenarios: str, planners: list[str], workers: int, trials: int = 2
 ) -> tuple[Path, subprocess.CompletedProcess[str]]:
     """Run pytest in a process of its own; the newest run folder, and what was printed."""
-    command = [sys.executable, "-m", "pytest", *LEAN, "-n", str(workers), FAST, "--lpb-trials=2"]
+    command = [sys.executable, "-m", "pytest", *LEAN, "-n", str(workers), FAST, f"--lpb-trials={trials}"]
     process = subprocess.run(
         [*command, f"--lpb-planners={','.join(planners)}", scenarios],
         cwd=folder,
@@ -45,16 +45,19 @@ def run(
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A repository with every faulty planner, and a neighbour under several names."""
     folder = tmp_path_factory.mktemp("faults")
-    (folder / "conftest.py").write_text(conftest({name: fault.code for name, fault in FAULTS.items()} | FATAL))
+    codes = {name: fault.code for name, fault in (FAULTS | ISOLATED).items()}
+    (folder / "conftest.py").write_text(conftest(codes))
     (folder / "scenarios").mkdir()
     for name in FAULTS:
         (folder / f"scenarios/{name}.yaml").write_text(SCENARIO)
-    for name in ("fatal", "undisturbed"):
+    for name in ("fatal", "isolated", "undisturbed"):
         (folder / name).mkdir()
         (folder / f"{name}/x.yaml").write_text(SCENARIO)
     (folder / "planners").mkdir()
     for name in ("before", "after"):
         (folder / f"planners/{name}.yaml").write_text("planner: neighbour\n")
+    for name, isolated in ISOLATED.items():
+        (folder / f"planners/isolated_{name}.yaml").write_text(f"planner: {name}\n{isolated.keys}\n")
     return folder
 
 
@@ -160,3 +163,45 @@ def test_workers_finish_a_run_that_a_fault_has_ended(project: Path, undisturbed_
     others = [row for row in rows if row["planner"] != "leaves_at_once"]
     assert len(others) == 4
     assert all(row["trajectory_hash"] == undisturbed_hashes[row["seed"]] for row in others)
+
+
+@pytest.fixture(scope="module", params=WORKERS, ids=lambda count: f"-n {count}")
+def isolated_run(request: pytest.FixtureRequest, project: Path) -> tuple[Path, str]:
+    """A run of the faults of planners in processes of their own; its folder and what it printed."""
+    planners = ["before", *(f"isolated_{name}" for name in ISOLATED), "after"]
+    folder, process = run(project, "isolated/x.yaml", planners=planners, workers=request.param, trials=1)
+    assert process.returncode == 1, process.stdout
+    return folder, process.stdout
+
+
+@pytest.mark.parametrize("fault", ISOLATED)
+def test_fault_of_an_isolated_planner(isolated_run: tuple[Path, str], fault: str) -> None:
+    expected = ISOLATED[fault]
+    trajectory = read_trial(isolated_run[0] / f"trials/isolated/x/isolated_{fault}/seed0.parquet")
+    assert trajectory.outcome == expected.outcome
+    assert expected.text in trajectory.metadata["message"]
+    assert len(trajectory.t) >= (1 if "setup" in fault else 3)  # what it did before is kept
+
+
+def test_neighbours_of_isolated_planners(isolated_run: tuple[Path, str], undisturbed_hashes: dict[str, str]) -> None:
+    folder, output = isolated_run
+    rows = {row["planner"]: row for row in read_table(folder / "trials.csv")}
+    assert len(rows) == len(ISOLATED) + 2
+    assert {rows[name]["trajectory_hash"] for name in ("before", "after")} == {undisturbed_hashes["0"]}
+    assert "local planner benchmark" in output
+    assert not {row["outcome"] for row in rows.values()} & {"worker_crash", "environment_error"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_nothing_of_isolated_planners_is_left(isolated_run: tuple[Path, str], project: Path) -> None:
+    """Neither what hung nor a child that was left behind."""
+    left = [link.parent.name for link in Path("/proc").glob("[0-9]*/cwd") if leads_to(link, project)]
+    assert left == []
+
+
+def leads_to(link: Path, folder: Path) -> bool:
+    """Whether a link leads to a folder; processes end while one looks."""
+    try:
+        return link.resolve(strict=True) == folder
+    except OSError:
+        return False
