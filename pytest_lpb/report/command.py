@@ -24,7 +24,7 @@ from pytest_lpb.run.evaluation import Evaluation, Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.gate import GateResult
 from pytest_lpb.run.gate_options import GateOptions
-from pytest_lpb.run.merge import ending, merge
+from pytest_lpb.run.merge import endings, merge
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
 from pytest_lpb.run.reproduce import compare_runs, findings
 
@@ -47,7 +47,7 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
         _write_video(run, options)
         return [], False
     warnings, evaluation = _evaluation(runs, options)
-    home = run.path if len(runs) == 1 else run.path.parent / f"merged-{'-'.join(map(ending, runs))}"
+    home = run.path if len(runs) == 1 else run.path.parent / f"merged-{'-'.join(endings(runs))}"
     if options.trial:
         shown = evaluation.selected(Selection(node_id=options.trial))
         print("\n".join(trial_lines(shown)))

@@ -25,6 +25,7 @@ DIGITS = 6  # significant ones of a value: wrong by 5e-6 of it at most, far belo
 HASH_DIGITS = 16  # of a problem's hash: 64 bits tell problems apart
 KEYS = ("scenario", "seed", "problem_hash", "success", "duration_s")
 CONTENDED = "timing_contended"
+ALLOWED = {str: "text", int: "a whole number", bool: "true or false"}  # in words
 
 
 def rounded(value: float) -> float | None:
@@ -134,6 +135,8 @@ def read_baseline(path: Path) -> dict[str, Any]:
 
 def _check(content: Mapping[str, Any]) -> None:
     columns = content["columns"]
+    if not isinstance(content.get("machine"), Mapping | None):
+        raise ValueError(f"machine is {content['machine']!r}; allowed is what describes one, or null")
     missing = [name for name in KEYS if name not in columns]
     if missing:
         raise ValueError(f"columns lack {', '.join(missing)}")
@@ -146,9 +149,17 @@ def _check(content: Mapping[str, Any]) -> None:
             if (row["scenario"], row["seed"]) in seen:
                 raise ValueError(f"{name} has {row['scenario']} seed{row['seed']} twice")
             seen.add((row["scenario"], row["seed"]))
-            numbers = [row[key] for key in columns if key not in ("scenario", "problem_hash")]
-            if not all(value is None or isinstance(value, bool | int | float) for value in numbers):
-                raise ValueError(f"{name}, {row['scenario']} seed{row['seed']}: a value is no number")
+            _check_trial(row, f"{name}, {row['scenario']} seed{row['seed']}")
+
+
+def _check_trial(row: Mapping[str, Any], where: str) -> None:
+    """Raise ValueError for cells that `_cell` would not have written."""
+    for key, kind in (("scenario", str), ("seed", int), ("problem_hash", str), ("success", bool)):
+        if type(row[key]) is not kind:
+            raise ValueError(f"{where}: {key} is {row[key]!r}; allowed is {ALLOWED[kind]}")
+    for value in (value for key, value in row.items() if key not in KEYS or key == "duration_s"):
+        if value is not None and not (isinstance(value, bool | int | float) and math.isfinite(value)):
+            raise ValueError(f"{where}: a value is no number")
 
 
 def baseline_frame(content: Mapping[str, Any], planner: str) -> pd.DataFrame:

@@ -122,7 +122,7 @@ def _judge(planner: str, counterpart: str, margin: Margin, pairing: Pairing, els
     sample = pairing.sample(margin)
     problems = len(sample.old)
     if not problems:
-        reason = "no problem in common" if not pairing.seeds else "no problem has a value with both"
+        reason = "no problem in common" if pairing.old.empty else "no problem has a value with both"
         return GateVerdict(planner, counterpart, margin, INCONCLUSIVE, reason, 0)
     old, new = float(sample.old.mean()), float(sample.new.mean())
     try:
@@ -139,10 +139,10 @@ def _judge(planner: str, counterpart: str, margin: Margin, pairing: Pairing, els
     elif problems < MIN_PROBLEMS:
         verdict = INCONCLUSIVE
         reason = f"{problems} common problem{'s' if problems > 1 else ''}; {MIN_PROBLEMS} are needed"
-        further = pairing.further_seeds(problems, deciding_pairs(loss, margin.value, MIN_PROBLEMS) or MIN_PROBLEMS)
+        further = pairing.further_seeds(margin, deciding_pairs(loss, margin.value, MIN_PROBLEMS) or MIN_PROBLEMS)
     elif verdict == INCONCLUSIVE:
         reason = f"the loss may be {margin.text(low)} to {margin.text(high)}"
-        further = pairing.further_seeds(problems, deciding_pairs(loss, margin.value, MIN_PROBLEMS))
+        further = pairing.further_seeds(margin, deciding_pairs(loss, margin.value, MIN_PROBLEMS))
     changes = pairing.worse(margin)
     return GateVerdict(
         planner, counterpart, margin, verdict, reason, problems, old, new, loss.estimate, low, high, further, changes

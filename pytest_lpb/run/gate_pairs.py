@@ -19,6 +19,7 @@ from pytest_lpb.statistics import paired_difference
 OLD, NEW = "old", "new"
 SEED = ["scenario", "seed"]
 PROBLEM = ["scenario", "problem"]
+ROUNDING = 1e-9  # of a division that gives a whole number
 REPEAT = ("outcome", "node_id", "command")
 NEEDED = ["scenario", "seed", "problem_hash", "success", "duration_s", "timing_contended"]
 # What sorts trials where seeds are repeated; baselines have no need of it.
@@ -80,17 +81,18 @@ class Pairing:
         column = _column(margin)
         return pd.DataFrame({OLD: self.old[column], NEW: self.new[column]}).dropna()
 
-    @property
-    def seeds(self) -> int:
-        """Seeds per scenario that are compared; of the scenario with the most."""
-        return int(self.old.groupby("scenario").size().max()) if len(self.old) else 0
+    def further_seeds(self, margin: Margin, needed: int | None) -> int | None:
+        """How many seeds more per scenario give as many problems with values as `needed`; None when no number does.
 
-    def further_seeds(self, problems: int, needed: int | None) -> int | None:
-        """How many seeds more per scenario give as many problems as `needed`; None when no number does."""
-        by_scenario = self.old.reset_index().groupby("scenario")["problem"].agg(["size", "nunique"])
-        if needed is None or not ((by_scenario["nunique"] > 1) | (by_scenario["size"] == 1)).any():
-            return None  # nothing is drawn: further seeds are the same problems again
-        return max(1, math.ceil((needed / problems - 1) * self.seeds))
+        Where nothing is drawn, further seeds are the same problem again.
+        """
+        given = self.old.reset_index().groupby("scenario")["problem"].agg(["size", "nunique"])
+        valued = self._pairs(margin).reset_index().groupby("scenario")["problem"].nunique()
+        drawn = (given["nunique"] > 1) | (given["size"] == 1)
+        per_seed = float((valued / given["size"])[drawn].sum())  # problems with values, in all scenarios together
+        if needed is None or per_seed == 0.0:
+            return None
+        return max(1, math.ceil((needed - int(valued.sum())) / per_seed - ROUNDING))
 
     def worse(self, margin: Margin) -> tuple[Change, ...]:
         """Problems on which the planner is worse, the worst first."""

@@ -14,13 +14,10 @@ MAX_LISTED = 20  # trials that a message names
 
 def find_trial(run: RunFolder, node_id: str) -> Path:
     """Path of the trial file of a node id. Raises LpbError with what there is when it is not in the run."""
-    file, _, rest = node_id.partition("::")
-    planner, _, seed = rest.rpartition("::")
+    # A path says half of it, SCENARIO/PLANNER/seedK; what stands before that is a scenario's file, or a study's.
+    end = node_id.split("::")[-2:]
     for path in run.trial_files():
-        # Paths say nearly everything: SCENARIO/PLANNER/seedK, the scenario's last part being the file's stem, which
-        # is followed by a hash when the file lies outside of the rootdir.
-        likely = (path.parent.name, path.stem) == (planner, seed) and path.parents[1].name.startswith(Path(file).stem)
-        if likely and _node_id(path) == node_id:
+        if [path.parent.name, path.stem] == end and _node_id(path) == node_id:
             return path
     known = {found for path in run.trial_files() if (found := _node_id(path)) is not None}
     raise LpbError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -12,6 +12,7 @@ import pandas as pd
 from pytest_lpb.run.evaluation import Evaluation, RunSource
 
 KEY = ["scenario", "planner", "seed"]
+Version = tuple[str, str]  # hashes of a planner's parameters and source
 ENDING = re.compile(r"-([0-9a-f]{6})$")  # of a run folder's name
 
 
@@ -30,8 +31,9 @@ class MergedRun:
 def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
     """Several evaluated runs as one.
 
-    Planners of one name with different parameters or code get the ending of their run's name, such as `mpc.74be96`.
-    A trial that several runs have counts once, as in the first. Timing of different machines counts as contended.
+    Planners of one name with different parameters or code get the ending of the first run's name that has them, such
+    as `mpc.74be96`. A trial that several runs have counts once, as in the first. Timing of different machines counts
+    as contended.
 
     Args:
         evaluations: of the same KPIs.
@@ -41,12 +43,7 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
     frames = [_renamed(evaluation.trials, names[index]) for index, evaluation in enumerate(evaluations)]
     trials = pd.concat(frames, ignore_index=True)
     repeated = trials.duplicated(KEY)
-    differing = trials.groupby(KEY)["trajectory_hash"].nunique().gt(1).sum()
-    if differing:
-        warnings.append(
-            f"{differing} trials are in several of the runs and differ there: something is not deterministic; "
-            "they count once, as in the first"
-        )
+    warnings += _differences(trials)
     notes = [f"{repeated.sum()} trials are in several of the runs; each counts once"] if repeated.any() else []
     machines = [evaluation.run.info()["machine"] for evaluation in evaluations]
     if any(machine != machines[0] for machine in machines):
@@ -54,6 +51,19 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
         notes.append("the runs were made on different machines: their times do not compare")
     trials = trials[~repeated].sort_values(KEY, ignore_index=True, kind="stable")
     return Evaluation(_merged_run(evaluations, names, notes), trials, evaluations[0].kpis, warnings)
+
+
+def _differences(trials: pd.DataFrame) -> Iterator[str]:
+    """What to warn of where runs have a trial of one planner, scenario and seed, but not the same one."""
+    found = trials.groupby(KEY)[["problem_hash", "trajectory_hash"]].nunique().gt(1)
+    changed = found["problem_hash"]
+    kinds = (
+        (changed, "are of another problem there: the scenarios have changed"),
+        (found["trajectory_hash"] & ~changed, "differ there: something is not deterministic"),
+    )
+    for trials_found, what in kinds:
+        if trials_found.any():
+            yield f"{trials_found.sum()} trials are in several of the runs and {what}; they count once, as in the first"
 
 
 def _merged_run(
@@ -73,16 +83,30 @@ def _merged_run(
 
 def _new_names(evaluations: Sequence[Evaluation]) -> list[dict[str, str]]:
     """By run, planner names -> names in the merged run."""
-    versions: dict[str, set[tuple[str, str]]] = defaultdict(set)
-    for evaluation in evaluations:
-        for name, planner in evaluation.run.info()["planners"].items():
-            versions[name].add((planner["parameters_hash"], planner["source_hash"]))
+    ends = endings([evaluation.run for evaluation in evaluations])
+    first: dict[str, dict[Version, str]] = defaultdict(dict)  # ending of the first run with a version, by planner
+    for evaluation, end in zip(evaluations, ends, strict=True):
+        for name, version in _versions(evaluation.run):
+            first[name].setdefault(version, end)
     return [
         {
-            name: name if len(versions[name]) == 1 else f"{name}.{ending(evaluation.run)}"
-            for name in evaluation.run.info()["planners"]
+            name: name if len(first[name]) == 1 else f"{name}.{first[name][version]}"
+            for name, version in _versions(evaluation.run)
         }
         for evaluation in evaluations
+    ]
+
+
+def _versions(run: RunSource) -> Iterator[tuple[str, Version]]:
+    for name, planner in run.info()["planners"].items():
+        yield name, (planner["parameters_hash"], planner["source_hash"])
+
+
+def endings(runs: Sequence[RunSource]) -> list[str]:
+    """The endings of the runs' names; those that several share are numbered, from the second on."""
+    found = [ending(run) for run in runs]
+    return [
+        end if end not in found[:place] else f"{end}-{found[:place].count(end) + 1}" for place, end in enumerate(found)
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -137,6 +138,31 @@ def test_files_that_are_refused(saved: Path, case: str, message: str) -> None:
         open_baseline(str(saved), Path())
     assert message in str(caught.value)
     assert str(saved) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("seed", None, "pd, drawn seedNone: seed is None; allowed is a whole number"),
+        ("seed", 0.5, "pd, drawn seed0.5: seed is 0.5; allowed is a whole number"),
+        ("scenario", 5, "pd, 5 seed0: scenario is 5; allowed is text"),
+        ("problem_hash", None, "pd, drawn seed0: problem_hash is None; allowed is text"),
+        ("success", 1, "pd, drawn seed0: success is 1; allowed is true or false"),
+        ("duration_s", float("inf"), "pd, drawn seed0: a value is no number"),
+    ],
+)
+def test_cells_that_make_no_trial(saved: Path, column: str, value: object, message: str) -> None:
+    content = content_of(saved)
+    content["planners"]["pd"]["trials"][0][content["columns"].index(column)] = value
+    saved.write_text(json.dumps(content), "utf-8")
+    with pytest.raises(RecordingError, match=f"is damaged: {re.escape(message)}"):
+        open_baseline(str(saved), Path())
+
+
+def test_a_machine_that_is_none(saved: Path) -> None:
+    saved.write_text(json.dumps({**content_of(saved), "machine": "fast"}), "utf-8")
+    with pytest.raises(RecordingError, match="is damaged: machine is 'fast'"):
+        open_baseline(str(saved), Path())
 
 
 def test_no_json_and_no_file(tmp_path: Path) -> None:

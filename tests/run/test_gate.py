@@ -178,6 +178,22 @@ def test_repeats_of_one_problem_are_one_problem() -> None:
     assert verdict.further_seeds is None  # they would be the same problem again
 
 
+def test_further_seeds_count_only_where_something_is_drawn() -> None:
+    drawn = trials(3, scenarios=("drawn",))
+    fixed = trials(2, problem_hash="always", scenarios=("fixed1", "fixed2"))
+    rows = pd.concat([drawn, fixed], ignore_index=True)
+    verdict = judge(rows, rows, "success:2%")
+    # Three problems and twice one: each further seed brings one more, not five thirds.
+    assert (verdict.problems, verdict.further_seeds) == (5, 15)
+
+
+def test_further_seeds_reckon_with_problems_without_a_value() -> None:
+    unsolved = trials(10, failed(range(5)))
+    verdict = judge(unsolved, unsolved, "path_length_m:5%")
+    # Every second problem is solved: 15 more of those take 30.
+    assert (verdict.problems, verdict.further_seeds) == (5, 30)
+
+
 def test_repeats_are_averaged() -> None:
     rows = trials(30, lambda seed: {"problem_hash": f"p{seed // 2}"}, scenarios=("s1", "s2"))
     verdict = judge(rows, rows, "success:0%")

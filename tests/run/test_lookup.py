@@ -23,7 +23,7 @@ def run_with(folder: Path, *keys: tuple[str, str]) -> RunFolder:
     """A run of trials by their node ids and scenarios."""
     run = RunFolder.create(folder / "run", {})
     for node_id, scenario in keys:
-        _, planner, seed = node_id.split("::")
+        *_, planner, seed = node_id.split("::")
         problem = problem_entry(seed=int(seed.removeprefix("seed")))
         named = replace(configuration("pd"), name=planner)
         trial = TrialSpecification(problem=problem, planner=named, scenario=scenario, node_id=node_id)
@@ -39,6 +39,8 @@ def run_with(folder: Path, *keys: tuple[str, str]) -> RunFolder:
         ("scenarios/arm/x.yaml::pd::seed0", "arm/x"),
         ("scenarios/arm/x.yaml::pd::seed1", "arm/x"),
         ("scenarios/arm/x.yaml::mine::seed0", "arm/x"),
+        ("study.yaml::arm/y::pd::seed0", "arm/y"),
+        ("reports/20261122T024921Z-74be96/run.json::arm/z::pd::seed0", "arm/z"),
     ],
 )
 def test_every_trial_is_found(tmp_path: Path, node_id: str, scenario: str) -> None:
@@ -48,9 +50,11 @@ def test_every_trial_is_found(tmp_path: Path, node_id: str, scenario: str) -> No
         ("scenarios/arm/x.yaml::pd::seed0", "arm/x"),
         ("scenarios/arm/x.yaml::pd::seed1", "arm/x"),
         ("scenarios/arm/x.yaml::mine::seed0", "arm/x"),
+        ("study.yaml::arm/y::pd::seed0", "arm/y"),
+        ("reports/20261122T024921Z-74be96/run.json::arm/z::pd::seed0", "arm/z"),
     ]
     run = run_with(tmp_path, *keys)
-    _, planner, seed = node_id.split("::")
+    *_, planner, seed = node_id.split("::")
     assert find_trial(run, node_id) == trial_path(run.path, scenario, planner, int(seed.removeprefix("seed")))
 
 

@@ -12,7 +12,7 @@ from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import write_results
 from pytest_lpb.run.evaluation import evaluate
 from pytest_lpb.run.folder import RunFolder
-from pytest_lpb.run.merge import merge
+from pytest_lpb.run.merge import endings, merge
 
 
 @pytest.fixture
@@ -55,6 +55,26 @@ def test_versions_of_a_planner_are_told_apart(runs: list[RunFolder], tmp_path: P
     assert "pd.bbbbbb" in (tmp_path / "out/report.html").read_text()
 
 
+def test_runs_whose_folders_have_one_name(runs: list[RunFolder], tmp_path: Path) -> None:
+    renamed = []
+    for run in runs:
+        (tmp_path / run.name[-6:]).mkdir()
+        renamed.append(RunFolder.open(run.path.rename(tmp_path / run.name[-6:] / "run")))
+    change(renamed[1], "source_hash", "pd")
+    merged = merge([evaluate(run, ["time_to_goal_s"]) for run in renamed])
+    assert sorted(merged.trials["planner"].unique()) == ["pd.run", "pd.run-2", "potential_field"]
+    assert merged.trials["planner"].value_counts()["pd.run-2"] == 4
+    assert endings(renamed) == ["run", "run-2"]
+
+
+def test_a_version_that_several_runs_have_is_one_planner(runs: list[RunFolder], tmp_path: Path) -> None:
+    change(runs[1], "source_hash", "pd")
+    shutil.copytree(runs[0].path, tmp_path / "20261122T024923Z-cccccc")
+    third = RunFolder.open(tmp_path / "20261122T024923Z-cccccc")
+    merged = merge([evaluate(run, ["time_to_goal_s"]) for run in (*runs, third)])
+    assert sorted(merged.trials["planner"].unique()) == ["pd.aaaaaa", "pd.bbbbbb", "potential_field"]
+
+
 def test_times_of_two_machines_do_not_compare(runs: list[RunFolder]) -> None:
     change(runs[1], "cpu")
     merged = merge([evaluate(run, ["time_to_goal_s"]) for run in runs])
@@ -68,6 +88,10 @@ def test_trials_that_differ_are_warned_of(runs: list[RunFolder]) -> None:
     merged = merge([first, second])
     (warning,) = merged.warnings
     assert warning.startswith("1 trials are in several of the runs and differ there")
+    second.trials.loc[1, ["problem_hash", "trajectory_hash"]] = "another"
+    changed, other = merge([first, second]).warnings
+    assert changed.startswith("1 trials are in several of the runs and are of another problem there: the scenarios")
+    assert other == warning
 
 
 def test_the_order_of_runs_changes_no_row(runs: list[RunFolder]) -> None:
