@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 from functools import cache
-from shutil import which
 
 from pytest_lpb.errors import PlannerError
 from pytest_lpb.isolation.host import reason_of_ssh, ssh_words
@@ -42,8 +41,6 @@ def check_interpreter(isolation: Isolation) -> None:
     if isolation.same_interpreter:
         return
     python = _interpreter(isolation)
-    if not isolation.ssh and which(python) is None:
-        raise PlannerError(f"python: {python} is no program that can be run")
     asked = [*interpreter_words(isolation), "-c", QUESTION]
     command = tuple(ssh_words(isolation, asked)) if isolation.ssh else tuple(asked)
     try:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.errors import DeadlineError, Infeasible, PlannerError
+from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError
 from pytest_lpb.isolation.far.messages import NUMBER, PROTOCOL, layout_of, packed
 from pytest_lpb.isolation.interpreter import Interpreter
 from pytest_lpb.isolation.process import FarProcess
@@ -122,7 +122,11 @@ class Session:
             process: FarProcess
             process = Program(self._isolation) if self._isolation.command else Interpreter(self._isolation)
             self._process = process
-            self._exchange(process, self._start(), "setup", until)
+            try:
+                self._exchange(process, self._start(), "setup", until)
+            except LpbError:
+                self.abandon()  # the next trial starts another, and is told the same
+                raise
         return self._process, until
 
     def _start(self) -> dict[str, Any]:
@@ -200,7 +204,7 @@ class Session:
         """An error with the last words of the process."""
         output = process.output()
         last = output.rpartition("\n")[2][-SHOWN:]
-        details = f"the last that the planner's process printed:\n{output}" if output else ""
+        details = f"the last that the planner's process printed:\n{output}" if output != last else ""
         return PlannerError(f"{text}; its last words: {last}" if last else text, details)
 
     def _with_limits(self, text: str) -> str:

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 from pytest_lpb.isolation.ssh_options import destination, faults_of_ssh, with_paths
@@ -81,6 +82,18 @@ def isolation_of(values: Mapping[str, Any], folder: Path) -> Isolation | None:
     if isolation.working_dir and not isolation.ssh:
         isolation = replace(isolation, working_dir=str((folder / Path(isolation.working_dir).expanduser()).absolute()))
     return isolation
+
+
+def faults_here(isolation: Isolation) -> Iterator[tuple[str, str]]:
+    """Keys that name what is not on this host, each with what is wrong."""
+    if isolation.command and which(isolation.command[0]) is None:
+        yield "command", f"{isolation.command[0]} is no program that can be run"
+    if isolation.ssh:
+        return
+    if isolation.python and which(isolation.python) is None:
+        yield "python", f"{isolation.python} is no program that can be run"
+    if isolation.working_dir and not Path(isolation.working_dir).is_dir():
+        yield "working_dir", f"{isolation.working_dir} is no folder"
 
 
 def _program(name: str, folder: Path) -> str:

@@ -41,7 +41,8 @@ class ClassElsewhere:
             description = session.describe(list(self._sets.values()))
         except LpbError as error:
             place = self._isolation.place
-            raise ConfigurationError(f"planner {self._reference!r} cannot be had from {place}: {error}") from None
+            reason = str(error).removeprefix(f"{place} ")
+            raise ConfigurationError(f"{self._reference!r} cannot be had from {place}: {reason}") from None
         finally:
             session.close()
         return {**description, "sets": dict(zip(self._sets, description["sets"], strict=True))}
@@ -81,8 +82,12 @@ class ClassElsewhere:
         if key not in self._sets:
             self._sets[key] = values
             self.__dict__.pop("_description", None)
-        check_names(values, self._description["fields"], self.identity, loc, place)
-        found = self._description["sets"][key]
+        try:
+            description = self._description
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{place('planner')}: {error}") from None
+        check_names(values, description["fields"], self.identity, loc, place)
+        found = description["sets"][key]
         if "fault" in found:
             raise ConfigurationError(f"{place(*loc)}: {found['fault']}")
         preview = found["preview"]
@@ -106,8 +111,6 @@ class Command:
         self._isolation = isolation
         self._preview = Preview(**isolation.preview) if isolation.preview else None
         self.about: dict[str, Any] = {}
-        if which(isolation.command[0]) is None:
-            raise ConfigurationError(f"command: {isolation.command[0]} is no program that can be run")
 
     @property
     def identity(self) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pytest_lpb.documents.reader import Document
 from pytest_lpb.errors import ConfigurationError
-from pytest_lpb.isolation.settings import Isolation
+from pytest_lpb.isolation.settings import Isolation, faults_here
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.definition import Definition, definition_of
 from pytest_lpb.planner.elsewhere import FarParameters
@@ -44,6 +44,9 @@ class PlannerConfiguration:
     @cached_property
     def definition(self) -> Definition:
         """What the planner is, and where. Raises ConfigurationError when there is no such thing."""
+        faults = () if self.isolation is None else faults_here(self.isolation)
+        if told := "\n".join(f"{self._place(key)}: {text}" for key, text in faults):
+            raise ConfigurationError(told)
         try:
             definition = definition_of(self.planner, self.isolation)
         except ConfigurationError as error:

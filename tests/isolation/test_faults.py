@@ -84,6 +84,17 @@ def test_too_much_memory_is_a_planner_error(reference: str) -> None:
     assert fits.metadata["trajectory_hash"] == reference
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_too_little_memory_is_told_each_time() -> None:
+    """Of a process that could not begin nothing is expected any more."""
+    for trajectory in pair(SOUND, SOUND, memory_mb=30):
+        message = trajectory.metadata["message"]
+        assert message.startswith(
+            "planner error at t = 0 s: memory_mb: found 30; an interpreter with NumPy alone takes "
+        )
+        assert trajectory.metadata["details"] == ""
+
+
 @pytest.mark.parametrize("fault", ["prints", "forks"])
 def test_what_does_no_harm(fault: str, reference: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert isolated(HOSTILE, {"fault": fault}).metadata["trajectory_hash"] == reference
@@ -100,7 +111,9 @@ def test_a_constructor_that_raises() -> None:
     trajectory = isolated("tests.isolation.planners:BadStart")
     assert trajectory.outcome == "planner_error"
     assert trajectory.metadata["message"].startswith("planner error at t = 0 s: OSError: library missing (")
-    assert "Traceback" in trajectory.metadata["details"]
+    lines = trajectory.metadata["details"].splitlines()
+    assert lines[0].startswith("Traceback")
+    assert "planners.py" in lines[1]  # none of the far side's
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="prctl is Linux's")

@@ -15,6 +15,7 @@ import pytest
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.isolation.settings import isolation_of
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.files import read_planner
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
@@ -139,6 +140,14 @@ def test_classes_that_are_not_there(bare: Path, module: Path, cls: str, message:
     with pytest.raises(ConfigurationError, match="cannot be had from") as caught:
         configured(bare, cls).check()
     assert message in str(caught.value)
+
+
+def test_classes_that_are_not_there_have_their_line(bare: Path, module: Path) -> None:
+    path = module / "mine.yaml"
+    path.write_text(f"python: {bare}\nplanner: towards_planner:Nobody\n")
+    with pytest.raises(ConfigurationError) as caught:
+        read_planner(path, "mine").check()
+    assert str(caught.value).startswith(f"{path}:2: planner: 'towards_planner:Nobody' cannot be had from {bare}: Attr")
 
 
 @pytest.mark.parametrize(

@@ -168,6 +168,14 @@ def test_wrong_answers(tmp_path: Path, answers: list[tuple[str, str]], message: 
     assert message in trajectory.metadata["message"]
 
 
+def test_last_words_are_told_once(tmp_path: Path) -> None:
+    isolation = Isolation(command=(sys.executable, str(tmp_path / "nothing.py")), isolate=True)
+    trajectory = run(PlannerConfiguration("it", "", isolation=isolation))
+    assert "ended with exit code 2; its last words: " in trajectory.metadata["message"]
+    assert "nothing.py" in trajectory.metadata["message"]
+    assert trajectory.metadata["details"] == ""
+
+
 def test_a_program_that_says_nothing(tmp_path: Path) -> None:
     script = tmp_path / "silent.py"
     script.write_text("import time\ntime.sleep(60)\n")

@@ -12,7 +12,7 @@ import pytest
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.isolation.interpreter import gateway_spec
-from pytest_lpb.isolation.settings import Isolation, isolation_of
+from pytest_lpb.isolation.settings import Isolation, faults_here, isolation_of
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.files import read_planner
 from pytest_lpb.run.inputs import planner_file, write_planner_files
@@ -81,6 +81,31 @@ def test_faults_have_their_line(tmp_path: Path, text: str, message: str) -> None
     with pytest.raises(ConfigurationError) as caught:
         read(tmp_path, text)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("planner: m:C\npython: ../no/python\n", "2: python: no/python is no program that can be run"),
+        ("planner: m:C\npython: mine.yaml\n", "2: python: mine.yaml is no program that can be run"),
+        ("planner: m:C\nworking_dir: ../nowhere\n", "2: working_dir: nowhere is no folder"),
+        ("command: ./nothing --fast\nworking_dir: .\n", "1: command: planners/nothing is no program that can be run"),
+        ("command: [sh]\nworking_dir: mine.yaml\n", "2: working_dir: planners/mine.yaml is no folder"),
+    ],
+)
+def test_what_is_not_on_this_host_has_its_line(tmp_path: Path, text: str, message: str) -> None:
+    line, key, what = message.split(": ")
+    with pytest.raises(ConfigurationError) as caught:
+        read(tmp_path, text).check()
+    told = str(caught.value)
+    assert told.startswith(f"{tmp_path}/planners/mine.yaml:{line}: {key}: ")
+    assert told.endswith(what)
+
+
+def test_folders_of_another_host_are_looked_for_there(tmp_path: Path) -> None:
+    isolation = read(tmp_path, "planner: m:C\nssh: cell\npython: ./no\nworking_dir: nowhere\n").isolation
+    assert isolation is not None
+    assert list(faults_here(isolation)) == []
 
 
 def test_isolation_alone_is_no_other_planner_but_a_limit_is(tmp_path: Path) -> None:

@@ -93,13 +93,13 @@ def without_numpy(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.mark.parametrize(
     ("host", "python", "message"),
     [
-        ("closed", "python3", r"closed cannot be reached by ssh \(.*Connection refused\)"),
-        ("stranger", "python3", r"stranger cannot be reached by ssh \(.*Permission denied \(publickey.*\)"),
-        ("impostor", "python3", r"impostor cannot be reached by ssh \(Host key verification failed.\)"),
-        ("cell", "python9", r"cell has no python9 that can be run \(.*No such file.*\); name another with `python`"),
+        ("closed", "python3", r"closed: cannot be reached by ssh \(.*Connection refused\)"),
+        ("stranger", "python3", r"stranger: cannot be reached by ssh \(.*Permission denied \(publickey.*\)"),
+        ("impostor", "python3", r"impostor: cannot be reached by ssh \(Host key verification failed.\)"),
+        ("cell", "python9", r"cell: has no python9 that can be run \(.*No such file.*\); name another with `python`"),
         ("cell", "false", r"false at .*cell did not start as a Python interpreter \(exit code 1\)"),
-        ("cell", "echo", r"cell did not start as a Python interpreter: it printed .* in place of a version; what"),
-        ("cell", "without_numpy", r"cell has no NumPy, which is needed there \(missing: No module named"),
+        ("cell", "echo", r"cell: did not start as a Python interpreter: it printed .* in place of a version; what"),
+        ("cell", "without_numpy", r"cell: has no NumPy, which is needed there \(missing: No module named"),
     ],
 )
 def test_what_cannot_be_had_is_told_within_seconds(

@@ -18,6 +18,7 @@ from pytest_lpb.isolation.far.description import described, parameters_of
 from pytest_lpb.isolation.far.messages import NUMBER
 
 BYTES_PER_MB = 1000000
+OF_OURS = "<pytest_lpb.isolation."  # files of the far side, as tracebacks call them
 SHOWN = 80  # characters of a wrong value
 
 
@@ -39,9 +40,7 @@ class Server:
     def start(self, header: dict[str, Any], payload: bytes) -> tuple[dict[str, Any], bytes]:  # noqa: ARG002
         """Where and within which limits to run."""
         if header["memory_mb"]:
-            import resource
-
-            resource.setrlimit(resource.RLIMIT_AS, (header["memory_mb"] * BYTES_PER_MB,) * 2)
+            limit_memory(header["memory_mb"])
         if header["working_dir"]:
             os.chdir(header["working_dir"])
         importing.prepare(header["path"], header["whole_path"], header["sources"])
@@ -114,6 +113,27 @@ class Server:
         return {"type": "closed"}, b""
 
 
+class TooLittle(Exception):  # noqa: N818 - its text is the whole message
+    """A limit that leaves nothing to the planner."""
+
+
+def limit_memory(megabytes: int) -> None:
+    """Limit the address space. Raises TooLittle when more is taken already."""
+    import resource
+
+    np.random.seed(0)  # noqa: NPY002 - imports it, which takes some
+    try:
+        with open("/proc/self/statm") as file:  # noqa: PTH123
+            taken = int(file.read().split()[0]) * resource.getpagesize() // BYTES_PER_MB
+    except OSError:
+        taken = 0  # no Linux
+    if taken >= megabytes:
+        raise TooLittle(
+            "memory_mb: found %d; an interpreter with NumPy alone takes %d here" % (megabytes, taken)  # noqa: UP031
+        )
+    resource.setrlimit(resource.RLIMIT_AS, (megabytes * BYTES_PER_MB,) * 2)
+
+
 class Surroundings:
     """What the planner found in its process: every trial finds it again."""
 
@@ -168,11 +188,14 @@ def short(value: Any) -> str:
 def failure(error: BaseException, observation: Any, problem: Any) -> dict[str, Any]:
     """What is told of an exception: its kind, one line, its traceback."""
     bases = {cls.__name__ for cls in type(error).__mro__}
-    on_purpose = "LpbError" in bases
+    on_purpose = "LpbError" in bases or isinstance(error, TooLittle)
+    frames = error.__traceback__
+    while frames is not None and frames.tb_frame.f_code.co_filename.startswith(OF_OURS):
+        frames = frames.tb_next
     return {
         "type": "infeasible" if on_purpose and "Infeasible" in bases else "error",
         "message": in_one_line(error, on_purpose) + importing.hint(error, observation, problem),
-        "details": "" if on_purpose else "".join(traceback.format_exception(type(error), error, error.__traceback__)),
+        "details": "" if on_purpose else "".join(traceback.format_exception(type(error), error, frames)),
     }
 
 
