@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -90,12 +90,23 @@ class Evaluation:
         trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, then a column per KPI.
         kpis: what was evaluated.
         warnings: KPIs that raised, files that could not be read.
+        selection: which of the run's trials these are.
     """
 
     run: RunSource
     trials: pd.DataFrame
     kpis: Sequence[Kpi]
     warnings: list[str]
+    selection: Selection = Selection()
+
+    def info(self) -> dict[str, Any]:
+        """What run.json says; of the planners and scenarios that are selected only."""
+        chosen = (("planners", self.selection.planners), ("scenarios", self.selection.scenarios))
+        info = dict(self.run.info())
+        for key, names in chosen:
+            if names is not None:
+                info[key] = {name: entry for name, entry in info.get(key, {}).items() if name in names}
+        return info
 
     def trajectory_of(self, node_id: str) -> Trajectory:
         """Raw data of a trial."""
@@ -106,7 +117,8 @@ class Evaluation:
         """The same for some of the trials. Raises LpbError for names that are not there."""
         selection.check(self.trials)
         kept = [selection.holds(row) for row in self.trials[["planner", "scenario", "node_id"]].to_dict("records")]
-        return Evaluation(self.run, self.trials[kept].reset_index(drop=True), self.kpis, self.warnings)
+        trials = self.trials[kept].reset_index(drop=True)
+        return replace(self, trials=trials, selection=selection)
 
     def table(self) -> pd.DataFrame:
         """The content of trials.csv."""
