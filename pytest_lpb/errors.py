@@ -49,6 +49,10 @@ class RecordingError(LpbError):
     """Raw data of a trial, or a run folder, cannot be read or written."""
 
 
+class StorageError(RecordingError):
+    """Nothing more can be recorded there: the disk is full, or can only be read."""
+
+
 class KpiError(LpbError):
     """A KPI is registered wrongly, is unknown, or returned something that is not a number."""
 

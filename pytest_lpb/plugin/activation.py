@@ -18,7 +18,8 @@ from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
 from pytest_lpb.plugin.expectation import check_known_failures
 from pytest_lpb.plugin.gating import checked_gate, gate_options, restore_gate
 from pytest_lpb.plugin.options import CHECKED, PARTS, chosen_planners, split_names
-from pytest_lpb.plugin.session import SESSION, WORKER_ROOT, WORKER_RUN, LpbSession, Source
+from pytest_lpb.plugin.orphans import end_with_parent
+from pytest_lpb.plugin.session import SESSION, WORKER_CONTROLLER, WORKER_ROOT, WORKER_RUN, LpbSession, Source
 from pytest_lpb.plugin.sources import as_arguments, restore, run_folder_of, study_of, take_problems, typed_options
 from pytest_lpb.plugin.worker import WorkerPlugin
 from pytest_lpb.run.folder import RUN_FILE, RunFolder, check_writable, new_run_folder
@@ -41,17 +42,21 @@ def activate(config: pytest.Config) -> None:
     manager = config.pluginmanager
     manager.register(CollectionPlugin(session), "lpb-collection")
     manager.register(WorkerPlugin(), "lpb-worker")
-    if not is_worker(config):
+    if is_worker(config):
+        end_with_parent(config.workerinput[WORKER_CONTROLLER])  # type: ignore[attr-defined] # xdist adds it
+    else:
         # Tables and reports are the controller's business: workers start without pandas and the like.
         from pytest_lpb.plugin.controller import ControllerPlugin
         from pytest_lpb.plugin.termination import TerminationPlugin
 
-        manager.register(ControllerPlugin(session, config), "lpb-controller")
-        manager.register(TerminationPlugin(), "lpb-termination")
+        termination = TerminationPlugin()
+        controller = ControllerPlugin(session, config, termination)
+        manager.register(controller, "lpb-controller")
+        manager.register(termination, "lpb-termination")
         if manager.hasplugin("xdist"):
             from pytest_lpb.plugin.crashes import CrashPlugin
 
-            manager.register(CrashPlugin(session), "lpb-crashes")
+            manager.register(CrashPlugin(session, controller.tell), "lpb-crashes")
 
 
 def is_worker(config: pytest.Config) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import shlex
 import warnings
 from collections.abc import Generator
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -18,14 +18,16 @@ from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.plugin.sources import check_unchanged
 from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
 from pytest_lpb.report.plots import default_registry as plots
+from pytest_lpb.run.crashed import forget_crashes
 from pytest_lpb.run.folder import RunFolder
-from pytest_lpb.run.inputs import write_planner_files
+from pytest_lpb.run.lock import RunLock
 from pytest_lpb.run.plan import planned
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
 
 if TYPE_CHECKING:
     from pytest_lpb.plugin.rates import RateVerdict
+    from pytest_lpb.plugin.termination import TerminationPlugin
     from pytest_lpb.report.data import ReportData
     from pytest_lpb.run.evaluation import Evaluation
     from pytest_lpb.run.gate import GateResult
@@ -34,19 +36,20 @@ if TYPE_CHECKING:
 class ControllerPlugin:
     """One per run, in the process that the user started."""
 
-    def __init__(self, session: LpbSession, config: pytest.Config) -> None:
+    def __init__(self, session: LpbSession, config: pytest.Config, termination: TerminationPlugin) -> None:
         self._session = session
+        self._termination = termination
         self._config = config
         self._folder: RunFolder | None = None
         self._data: ReportData | None = None
         self._rates: list[RateVerdict] = []
         self._gate: GateResult | None = None
         self._faults: list[str] = []
-        self._check_faults: list[str] = []  # of `--lpb-check-isolation`
         self._progress: Progress | None = None
         self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
         self._known: set[tuple[str, str, int]] = set()  # failed as expected
-        self._total = 0
+        self._told: list[str] = []  # faults met on the way
+        self._lock = RunLock()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> None:
@@ -54,14 +57,18 @@ class ControllerPlugin:
         option = self._config.option
         runs = option.continue_on_collection_errors or not session.testsfailed
         if session.items and runs and not option.collectonly and not option.setuponly:
-            self._begin([item.nodeid for item in session.items if isinstance(item, TrialItem)])
+            self._begin([item.nodeid for item in session.items if isinstance(item, TrialItem)], workers=False)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: Any, ids: list[str]) -> None:  # noqa: ARG002
         """With xdist: make the run folder when the first worker has collected, before any trial is given out."""
-        self._begin([node_id for node_id in ids if self._session.trial_of(node_id) is not None])
+        self._begin([node_id for node_id in ids if self._session.trial_of(node_id) is not None], workers=True)
 
-    def _begin(self, node_ids: list[str]) -> None:
+    def tell(self, fault: str) -> None:
+        """Say at the end of the run what went wrong on the way; the run fails."""
+        self._told.append(fault)
+
+    def _begin(self, node_ids: list[str], *, workers: bool) -> None:
         if self._folder is not None or not node_ids:
             return
         session = self._session
@@ -87,20 +94,29 @@ class ControllerPlugin:
         information = run_information(command, session.planners, families, options, session.invocation)
         try:
             if session.planned is None:
-                self._folder = RunFolder.create(session.run, information)
-                write_planner_files(session.run, session.planners)
+                folder = RunFolder.create(session.run, information, session.planners)
+                self._lock.take(folder.path)
             else:
-                self._folder = RunFolder.open(session.run)
-                check_unchanged(self._folder.info(), information)
-                self._folder.resume(information)
+                folder = RunFolder.open(session.run)
+                check_unchanged(folder.info(), information)
+                self._take_over(folder, workers=workers)
+                folder.resume(information)
         except LpbError as error:
-            self._folder = None
             raise pytest.UsageError(str(error)) from error
-        self._total = len(trials)
+        self._folder = folder
         reporter = self._config.pluginmanager.get_plugin("terminalreporter")
         if reporter is not None:
             self._progress = Progress(reporter)
             self._progress.start(len(node_ids))
+
+    def _take_over(self, folder: RunFolder, *, workers: bool) -> None:
+        """Claim a run that is to be finished, and tidy up what was left in it. Raises RecordingError."""
+        self._lock.take(folder.path)
+        if self._lock.held:
+            folder.tidy()
+        if workers:
+            # In this process, such a trial might end the run as it ended its worker.
+            forget_crashes(folder)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Count trials as they finish, each once: their first attempt counts."""
@@ -153,42 +169,52 @@ class ControllerPlugin:
             reporter.write_line("")
             reporter.write_line(f"lpb: checking isolation: up to {per_planner} trials of each planner again")
         try:
-            check_fairness(folder, per_planner, self._session.workers).write(folder.path)
+            with self._termination.interruptible():
+                check_fairness(folder, per_planner, self._session.workers).write(folder.path)
         except (LpbError, OSError) as error:
-            self._check_faults.append(f"isolation could not be checked: {error}")
+            self.tell(f"isolation could not be checked: {error}")
         except KeyboardInterrupt:
-            self._check_faults.append("isolation was not checked: interrupted")
+            self.tell("isolation was not checked: interrupted")
 
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
-        # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
-        from pytest_lpb.plugin.rates import judge_rates
-        from pytest_lpb.report.build import REPORT_FILE, write_tables
-        from pytest_lpb.report.report import write_report
-        from pytest_lpb.run.evaluation import evaluate
-
-        with warnings.catch_warnings():
+        self._faults = list(self._told)
+        try:
             # Filters such as `-W error` are about the tests' code; they must not cost a run its tables.
-            warnings.simplefilter("ignore")
-            try:
-                evaluation = evaluate(folder, self._session.kpis)
-                self._faults = list(evaluation.warnings)
-                if self._session.assertion == "rate":
-                    self._rates = judge_rates(evaluation.trials, folder)
-                self._data = write_tables(evaluation, folder.path)
-                self._faults = [*self._check_faults, *self._data.warnings]
-                self._judge(evaluation)
-                self._data = replace(self._data, gate=self._gate)
-                write_report(folder.path / REPORT_FILE, self._data)
-            except (LpbError, OSError) as error:
-                self._faults.append(str(error))
-            except Exception as error:
-                # Trials have run for hours perhaps: what goes wrong in a picture is told, and costs no more than it.
-                self._faults.append(f"the report is incomplete: {in_one_line(error)}")
+            with warnings.catch_warnings(), self._termination.interruptible():
+                warnings.simplefilter("ignore")
+                self._build(folder)
+        except KeyboardInterrupt:
+            again = shlex.join(["lpb-report", str(self._session.shown_run)])
+            self._faults.append(f"interrupted before tables and report were done; make them with: {again}")
+            session.exitstatus = pytest.ExitCode.INTERRUPTED
+        except (LpbError, OSError) as error:
+            self._faults.append(str(error))
+        except Exception as error:
+            # Trials have run for hours perhaps: what goes wrong in a picture is told, and costs no more than it.
+            self._faults.append(f"the report is incomplete: {in_one_line(error)}")
         closed = self._gate is not None and self._gate.closed
         bad = self._faults or closed or any(not verdict.met for verdict in self._rates)
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _build(self, folder: RunFolder) -> None:
+        """Everything is judged before anything is written: a full disk costs no verdict."""
+        # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
+        from pytest_lpb.plugin.rates import judge_rates
+        from pytest_lpb.report.build import REPORT_FILE, report_data, write_tables
+        from pytest_lpb.report.report import write_report
+        from pytest_lpb.run.evaluation import evaluate
+
+        evaluation = evaluate(folder, self._session.kpis)
+        if self._session.assertion == "rate":
+            self._rates = judge_rates(evaluation.trials, folder)
+        self._data = report_data(evaluation, folder=folder.path)
+        self._faults += self._data.warnings
+        self._judge(evaluation)
+        self._data = replace(self._data, gate=self._gate)
+        write_tables(self._data, evaluation.table(), folder.path)
+        write_report(folder.path / REPORT_FILE, self._data)
 
     def _judge(self, evaluation: Evaluation) -> None:
         """Compare the run with its baseline. A gate that cannot be judged is a fault: it must not stand open."""
@@ -218,14 +244,13 @@ class ControllerPlugin:
             self._rates,
             self._gate,
             self._faults,
-            self._shown_folder(),
+            self._session.shown_run,
             self._known,
-            self._total,
         )
 
-    def _shown_folder(self) -> Path:
-        path, here = self._session.run, self._session.invocation
-        return path.relative_to(here) if path.is_relative_to(here) else path
+    def pytest_unconfigure(self) -> None:
+        """Let others finish the run."""
+        self._lock.release()
 
 
 def trial_result(report: pytest.TestReport) -> dict[str, Any] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,13 +11,13 @@ from typing import TYPE_CHECKING, Any, cast
 import pytest
 from threadpoolctl import threadpool_limits
 
-from pytest_lpb.documents.atomic import write_once
+from pytest_lpb.documents.atomic import STORAGE_FAULTS, recording_error, write_once
 from pytest_lpb.documents.writer import dump_yaml
-from pytest_lpb.errors import LpbError, ScenarioError
+from pytest_lpb.errors import LpbError, RecordingError, ScenarioError, StorageError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
 from pytest_lpb.plugin.session import session_of, without_group
-from pytest_lpb.run.plan import TrialKey
+from pytest_lpb.run.plan import DAMAGED, TrialKey
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.study.family import Family
 from pytest_lpb.trajectory import Trajectory
@@ -99,9 +100,7 @@ class TrialItem(pytest.Item):
         self._refuse_to_crash_again()
         # A trial that is finished already is judged as it was recorded.
         finished = options.planned is not None and self._trial_path().exists()
-        self.trajectory = trajectory = read_trial(self._trial_path()) if finished else self._run()
-        if not finished:
-            write_trial(options.run, trajectory)
+        self.trajectory = trajectory = self._recorded() if finished else self._run_and_record()
         if trajectory.metadata["success"]:
             return
         expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
@@ -118,9 +117,36 @@ class TrialItem(pytest.Item):
         path = self._trial_path()
         if not path.exists() or getattr(self.config.option, "reruns", None):
             return
-        earlier = read_trial(path)
+        earlier = self._recorded()
         if earlier.outcome == WORKER_CRASH:
             raise TrialFailure(f"{WORKER_CRASH}: {earlier.metadata['message']}\nrepeat: {earlier.metadata['command']}")
+
+    def _recorded(self) -> Trajectory:
+        """The trial as an earlier run of it was recorded. Raises RecordingError, with what to do."""
+        try:
+            return read_trial(self._trial_path())
+        except RecordingError as error:
+            raise RecordingError(f"{error}\n{DAMAGED}") from error
+
+    def _run_and_record(self) -> Trajectory:
+        """Run the trial and write its files. When nothing can be recorded any more, no further trial is run."""
+        try:
+            trajectory = self._run()
+            write_trial(session_of(self.config).run, trajectory)
+        except StorageError as error:
+            raise self._last(error) from error
+        except OSError as error:
+            if error.errno not in STORAGE_FAULTS:
+                raise
+            # PyBullet, for one, is given robots in temporary files.
+            where = error.filename or f"a file in {tempfile.gettempdir()}"
+            raise self._last(recording_error(f"cannot write {where}", error)) from error
+        return trajectory
+
+    def _last(self, error: RecordingError) -> StorageError:
+        """The error that ends the run, with what to do then."""
+        self.session.shouldstop = "trials cannot be recorded any more"
+        return StorageError(f"{error}, then finish the run with: {session_of(self.config).resume_command}")
 
     def _trial_path(self) -> Path:
         return trial_path(session_of(self.config).run, *self.key)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 WORKER_RUN = "lpb_run_folder"  # keys of xdist's workerinput
 WORKER_ROOT = "lpb_rootdir"
+WORKER_CONTROLLER = "lpb_controller"
 SESSION: pytest.StashKey[LpbSession] = pytest.StashKey()
 TRIAL = re.compile(r"(?P<above>.+)::(?P<planner>[^:]+)::seed(?P<seed>[0-9]+)")
 
@@ -67,6 +68,16 @@ class LpbSession:
     gate: GateOptions | None = None  # as it was asked for; checked in the controlling process
     checked_gate: CheckedGate | None = None
     checked_trials: int | None = None  # of each planner, to be run again; None: none
+
+    @property
+    def shown_run(self) -> Path:
+        """The run folder as it is typed."""
+        return self.run.relative_to(self.invocation) if self.run.is_relative_to(self.invocation) else self.run
+
+    @property
+    def resume_command(self) -> str:
+        """The command that finishes this run."""
+        return shlex.join(["pytest", f"--lpb-resume={self.shown_run}"])
 
     def seeds(self, family: Family) -> Sequence[int]:
         """Seeds of a scenario's trials."""

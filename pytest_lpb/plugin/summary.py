@@ -12,7 +12,7 @@ from pytest_lpb.plugin.rates import RateVerdict
 from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import conclusion, gate_lines
-from pytest_lpb.report.text import planner_table
+from pytest_lpb.report.text import planner_notes, planner_table
 from pytest_lpb.run.gate import GateResult
 
 TrialKey = tuple[str, str, int]  # scenario, planner, seed
@@ -27,7 +27,6 @@ def write_summary(
     faults: Sequence[str],
     folder: Path,
     known: Collection[TrialKey],
-    total: int,
 ) -> None:
     """Print the planners' table, one line per failed trial, rates, warnings, and the report's path.
 
@@ -39,17 +38,11 @@ def write_summary(
         faults: what went wrong besides.
         folder: the run folder.
         known: trials that failed as expected; they are counted, not listed.
-        total: trials that were to be run.
     """
     reporter.section("local planner benchmark", sep="=")
     if data is not None:
-        if len(data.trials):
-            for line in planner_table(data):
-                reporter.write_line(line)
-        if len(data.trials) < total:
-            reporter.write_line(
-                f"{len(data.trials)} of {total} trials were run; run the others with: pytest --lpb-resume={folder}"
-            )
+        for line in planner_table(data) if len(data.trials) else planner_notes(data):
+            reporter.write_line(line)
         for line in failure_lines(data.trials, known):
             reporter.write_line(line)
     for verdict in rates:

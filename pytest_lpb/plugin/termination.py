@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import threading
+from collections.abc import Generator, Iterator
 from types import FrameType
 from typing import Any
 
@@ -16,6 +18,7 @@ class TerminationPlugin:
     def __init__(self) -> None:
         self._session: pytest.Session | None = None
         self._replaced: dict[int, Any] = {}
+        self._ending = False  # the session ends anyway: nothing is left to interrupt
 
     def pytest_sessionstart(self, session: pytest.Session) -> None:
         """Listen, unless somebody else does or this is no main thread."""
@@ -26,12 +29,30 @@ class TerminationPlugin:
             if signal.getsignal(number) is usual:
                 self._replaced[number] = signal.signal(number, self._interrupt)
 
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_sessionfinish(self) -> Generator[None, object, object]:
+        """From here on the first signal changes nothing, but while tables and report are made: see `interruptible`."""
+        self._ending = True
+        return (yield)
+
+    @contextlib.contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """Signals raise KeyboardInterrupt within, at the end of a session too."""
+        before, self._ending = self._ending, False
+        try:
+            yield
+        finally:
+            self._ending = before
+
     def pytest_unconfigure(self) -> None:
         """Leave the signals as they were."""
         for number in list(self._replaced):
             self._restore(number)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - signal's signature
+        if self._ending:
+            self._restore(number)  # who insists ends the process
+            return
         if self._session is not None:
             # Code that is interrupted may swallow the exception (a C extension, a destructor): no further trial then.
             self._session.shouldstop = "interrupted"

@@ -15,6 +15,7 @@ from pytest_lpb.retime.result import RETIMED_FILE, Retimed, read_retimed
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.gate import GateResult
+from pytest_lpb.run.missing import MISSING_FILE, missing_table, resume_command
 from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
@@ -32,7 +33,7 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
     compared = trials if pair is None else trials[trials["planner"].isin(pair)]
     retimed, faults = _retimed(evaluation, folder)
     unfair, notes = _fairness(evaluation)
-    info = evaluation.info()
+    info = evaluation.run.info()
     comparisons: pd.DataFrame = comparisons_table(compared, evaluation.kpis)
     return ReportData(
         trials=trials,
@@ -45,7 +46,15 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
         aggregates=aggregates_table(trials, evaluation.kpis),
         retimed=retimed,
         title=evaluation.run.name,
+        missing=evaluation.missing,
+        resume=_resume(evaluation),
     )
+
+
+def _resume(evaluation: Evaluation) -> str:
+    """The command that runs what is missing; empty for several runs in one."""
+    run = evaluation.run
+    return resume_command(run.path, run.info()) if isinstance(run, RunFolder) else ""
 
 
 def _retimed(evaluation: Evaluation, folder: Path | None) -> tuple[Retimed | None, list[str]]:
@@ -77,17 +86,26 @@ def write_results(
     evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None, gate: GateResult | None = None
 ) -> ReportData:
     """Write tables and report of an evaluated run into a folder. Same raw data, same bytes."""
-    data = replace(write_tables(evaluation, folder, pair), gate=gate)
+    data = replace(report_data(evaluation, pair, folder), gate=gate)
+    write_tables(data, evaluation.table(), folder)
     write_report(folder / REPORT_FILE, data)
     return data
 
 
-def write_tables(evaluation: Evaluation, folder: Path, pair: tuple[str, str] | None = None) -> ReportData:
-    """Write the tables alone; what they hold, for a report."""
-    data = report_data(evaluation, pair, folder)
+def write_tables(data: ReportData, trials: pd.DataFrame, folder: Path) -> None:
+    """Write the tables alone, missing.csv only where trials are missing. Raises RecordingError and OSError.
+
+    Args:
+        data: what the other tables hold.
+        trials: the content of trials.csv.
+        folder: where to write.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    write_csv(evaluation.table(), folder / "trials.csv")
+    write_csv(trials, folder / "trials.csv")
     write_csv(data.summary, folder / "summary.csv")
     write_csv(data.comparisons, folder / "comparisons.csv")
     write_csv(data.aggregates, folder / "aggregates.csv")
-    return data
+    if data.missing:
+        write_csv(missing_table(data.missing), folder / MISSING_FILE)
+    else:
+        (folder / MISSING_FILE).unlink(missing_ok=True)

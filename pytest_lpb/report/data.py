@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.problems import KpiColumn
 
 if TYPE_CHECKING:
@@ -39,3 +40,5 @@ class ReportData:
     retimed: Retimed | None = None  # calls timed again by `lpb-report --retime`
     gate: GateResult | None = None  # verdicts against a baseline
     title: str = ""  # the run folder's name
+    missing: Sequence[TrialKey] = ()  # planned trials that are not among `trials`
+    resume: str = ""  # the command that runs them; empty: none does

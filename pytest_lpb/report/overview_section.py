@@ -9,6 +9,7 @@ from pytest_lpb.report.heat import heat_map
 from pytest_lpb.report.overview import outcome_bars, statements, success_matrix, summary_table
 from pytest_lpb.report.view import Overview, PlannerStyle
 from pytest_lpb.report.winners import winners, winners_summary
+from pytest_lpb.run.missing import missing_notes
 
 
 def overview(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Overview:
@@ -16,7 +17,7 @@ def overview(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Overview:
     heads, summary = summary_table(data, styles)
     won = winners(data, styles)
     return Overview(
-        warnings=[str(warning) for warning in data.warnings],
+        warnings=[*map(str, data.warnings), *missing_notes(data.missing, len(data.trials), data.resume)],
         notes=notes(data),
         statements=statements(data, styles),
         winners_summary=winners_summary(won, styles),

@@ -10,6 +10,7 @@ import pandas as pd
 from pytest_lpb.aligned import aligned
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.run.evaluation import Evaluation
+from pytest_lpb.run.missing import missing_notes
 
 HEADS = (
     "planner",
@@ -45,6 +46,7 @@ def planner_notes(data: ReportData) -> Iterator[str]:
     if len(repeated):
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
     yield from data.run_info.get("notes", ())
+    yield from missing_notes(data.missing, len(data.trials), data.resume)
 
 
 def _overall(data: ReportData) -> pd.DataFrame:

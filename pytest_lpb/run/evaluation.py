@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,6 +14,8 @@ from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.missing import missing_trials
+from pytest_lpb.run.plan import DAMAGED, TrialKey
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial, trial_path
 from pytest_lpb.trial.units import unit_of
@@ -90,23 +92,14 @@ class Evaluation:
         trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, then a column per KPI.
         kpis: what was evaluated.
         warnings: KPIs that raised, files that could not be read.
-        selection: which of the run's trials these are.
+        missing: trials that the run was to have, and that are not among `trials`.
     """
 
     run: RunSource
     trials: pd.DataFrame
     kpis: Sequence[Kpi]
     warnings: list[str]
-    selection: Selection = Selection()
-
-    def info(self) -> dict[str, Any]:
-        """What run.json says; of the planners and scenarios that are selected only."""
-        chosen = (("planners", self.selection.planners), ("scenarios", self.selection.scenarios))
-        info = dict(self.run.info())
-        for key, names in chosen:
-            if names is not None:
-                info[key] = {name: entry for name, entry in info.get(key, {}).items() if name in names}
-        return info
+    missing: Sequence[TrialKey] = ()
 
     def trajectory_of(self, node_id: str) -> Trajectory:
         """Raw data of a trial."""
@@ -117,8 +110,8 @@ class Evaluation:
         """The same for some of the trials. Raises LpbError for names that are not there."""
         selection.check(self.trials)
         kept = [selection.holds(row) for row in self.trials[["planner", "scenario", "node_id"]].to_dict("records")]
-        trials = self.trials[kept].reset_index(drop=True)
-        return replace(self, trials=trials, selection=selection)
+        missing = [trial for trial in self.missing if selection.holds({**trial._asdict(), "node_id": None})]
+        return Evaluation(self.run, self.trials[kept].reset_index(drop=True), self.kpis, self.warnings, missing)
 
     def table(self) -> pd.DataFrame:
         """The content of trials.csv."""
@@ -140,11 +133,11 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
             rows.append({**_row(_read(run, path), kpis, warnings), "file": str(path)})
         except RecordingError as error:
             # One line each: what Arrow says has several.
-            warnings.append(" ".join(str(error).split()))
+            warnings.append(f"{' '.join(str(error).split())}; {DAMAGED}")
     columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis)]
     trials = pd.DataFrame(rows, columns=columns)
     trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
-    return Evaluation(run, trials, kpis, warnings)
+    return Evaluation(run, trials, kpis, warnings, missing_trials(run.info(), trials))
 
 
 def _read(run: RunFolder, path: Path) -> Trajectory:

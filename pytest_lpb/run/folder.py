@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import secrets
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.documents.atomic import replace_file
+from pytest_lpb.documents.atomic import recording_error, remove_unfinished, replace_file, unfinished
 from pytest_lpb.errors import RecordingError
+from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.run.inputs import write_planner_files
 
 RUN_FILE = "run.json"
 LATEST = "latest"
@@ -52,13 +54,22 @@ class RunFolder:
         return self.path.name
 
     @classmethod
-    def create(cls, path: Path, info: dict[str, Any]) -> RunFolder:
-        """Make a run folder: run.json first, then `latest`. Raises RecordingError."""
+    def create(cls, path: Path, info: dict[str, Any], planners: Iterable[PlannerConfiguration] = ()) -> RunFolder:
+        """Make a run folder, which appears at once, with run.json and its planners' files; then `latest`.
+
+        Raises RecordingError, and nothing is left.
+        """
+        work = unfinished(path)
         try:
-            (path / "trials").mkdir(parents=True)
+            try:
+                (work / "trials").mkdir(parents=True)
+                _write_info(work, info)
+                write_planner_files(work, planners)
+                work.rename(path)
+            finally:
+                shutil.rmtree(work, ignore_errors=True)
         except OSError as error:
-            raise RecordingError(f"cannot make {path}: {error.strerror}") from error
-        _write_info(path, info)
+            raise recording_error(f"cannot make {path}", error) from error
         _point_latest(path)
         return cls(path)
 
@@ -68,6 +79,12 @@ class RunFolder:
         noted.setdefault("resumed", []).append({key: info[key] for key in ("started", "command", "workers")})
         _write_info(self.path, noted)
         _point_latest(self.path)
+
+    def tidy(self) -> None:
+        """Remove what a run that was killed has left. None may be at work in the folder. Raises RecordingError."""
+        remove_unfinished(self.path)
+        for link in self.path.parent.glob(f".{LATEST}-{self.name}-*"):
+            link.unlink(missing_ok=True)
 
     @classmethod
     def open(cls, path: Path) -> RunFolder:
@@ -100,17 +117,16 @@ def _write_info(run: Path, info: dict[str, Any]) -> None:
 def _point_latest(run: Path) -> None:
     """Swap `latest` atomically: a symbolic link, or a file with the folder's name where links are refused."""
     latest = run.parent / LATEST
-    link = run.parent / f".{LATEST}-{run.name}"
+    link = run.parent / f".{LATEST}-{run.name}-{secrets.token_hex(4)}"
     try:
         link.symlink_to(run.name, target_is_directory=True)
         link.replace(latest)
     except OSError:
-        with contextlib.suppress(FileNotFoundError):
-            link.unlink()
+        link.unlink(missing_ok=True)
         replace_file(latest, f"{run.name}\n".encode())
 
 
 def _runs_near(path: Path) -> str:
     folder = path if path.is_dir() else path.parent
-    runs = sorted(child.parent.name for child in folder.glob(f"*/{RUN_FILE}")) if folder.is_dir() else []
+    runs = sorted(child.parent.name for child in folder.glob(f"[!.]*/{RUN_FILE}")) if folder.is_dir() else []
     return f"; run folders in {folder}: {', '.join(runs[-5:])}" if runs else ""

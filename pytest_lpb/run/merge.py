@@ -10,6 +10,7 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.run.evaluation import Evaluation, RunSource
+from pytest_lpb.run.plan import TrialKey
 
 KEY = ["scenario", "planner", "seed"]
 Version = tuple[str, str]  # hashes of a planner's parameters and source
@@ -50,7 +51,20 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
         trials["timing_contended"] = True
         notes.append("the runs were made on different machines: their times do not compare")
     trials = trials[~repeated].sort_values(KEY, ignore_index=True, kind="stable")
-    return Evaluation(_merged_run(evaluations, names, notes), trials, evaluations[0].kpis, warnings)
+    missing = _missing(evaluations, names, trials)
+    return Evaluation(_merged_run(evaluations, names, notes), trials, evaluations[0].kpis, warnings, missing)
+
+
+def _missing(
+    evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, str]], trials: pd.DataFrame
+) -> list[TrialKey]:
+    """What one run lacks, and no other has."""
+    lacking = {
+        trial._replace(planner=new.get(trial.planner, trial.planner))
+        for evaluation, new in zip(evaluations, names, strict=True)
+        for trial in evaluation.missing
+    }
+    return sorted(lacking - set(trials[KEY].itertuples(index=False, name=None)))
 
 
 def _differences(trials: pd.DataFrame) -> Iterator[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+DAMAGED = "delete it, and --lpb-resume runs its trial again"  # what to do with a trial file that cannot be read
+
 
 class TrialKey(NamedTuple):
     """What a trial is called by."""

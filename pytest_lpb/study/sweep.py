@@ -35,9 +35,7 @@ def _text(value: Any) -> str:
 
 
 def _safe(text: str) -> str:
-    """Text as part of a name; a minus sign stays."""
-    sign = "-" if re.match(r"-[\d.]", text) else ""
-    return sign + re.sub(r"[^A-Za-z0-9_.-]+", "-", text).strip("-")
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", text).strip("-") if not text.startswith("-") else text
 
 
 def planner_variants(

@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.documents.atomic import recording_error
 from pytest_lpb.errors import RecordingError, ScenarioError
 from pytest_lpb.problem.paths import with_paths
 
@@ -63,7 +64,9 @@ def _copied(path: Path, run: Path) -> str:
 
     try:
         return _copy_once(path, assets_digest(path), run)
-    except (OSError, ScenarioError) as error:
+    except OSError as error:
+        raise recording_error(f"cannot copy {path} into {run}", error) from error
+    except ScenarioError as error:
         raise RecordingError(f"cannot copy {path} into {run}: {error}") from error
 
 
@@ -89,7 +92,7 @@ def _copy_files(files: Sequence[Path], common: Path, folder: Path, digest: str) 
     Meshes may be named by package://PACKAGE/..: then folders above `common` are kept too, as many as it takes.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".") as work:
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".", suffix=".part") as work:
         top, tree = common, Path(work) / "0"  # `tree` is to be what `top` is
         for file in files:
             _copy_with_package_files(file, common, tree)

@@ -1,22 +1,25 @@
 """The table of faults in docs/robustness.md says what the tests of faults test."""
 
+import inspect
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from tests.plugin.crashes import CRASHES, TESTS
 from tests.plugin.faults import FATAL, FAULTS, ISOLATED
 
 TEXT = Path("docs/robustness.md")
 APART = "Faults of a planner in a process of its own"
 
 
-def rows(section: str = "Faults of a planner") -> dict[str, list[str]]:
-    """Cells of the rows of a section that begin with a fault, by its name."""
+def rows(section: str = "Faults of a planner", head: str = "fault") -> dict[str, list[str]]:
+    """Cells of a section's rows that begin with a fault, by its name."""
     text = (Path(__file__).parents[2] / TEXT).read_text("utf-8")
     text = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
     found = [re.split(r"(?<!\\) \| ", line.strip("| \n")) for line in text.splitlines() if line.startswith("| ")]
-    return {re.split(r"\W", cells[0])[0]: cells for cells in found if cells[0] != "fault"}
+    return {re.split(r"\W", cells[0])[0]: cells for cells in found if cells[0] != head}
 
 
 def test_each_row_is_a_fault_that_is_tested() -> None:
@@ -52,3 +55,17 @@ def test_row_of_an_isolated_fault(name: str) -> None:
     assert keys == f"`{fault.keys}`"
     assert outcome.strip(" |") == fault.outcome
     assert fault.outcome == "success" or fault.text in "".join(seen)
+
+
+def test_each_crash_is_one_that_is_tested() -> None:
+    assert list(rows("Crashes", "crash")) == list(CRASHES)
+
+
+@pytest.mark.parametrize("name", CRASHES)
+def test_row_of_a_crash(name: str) -> None:
+    seen = rows("Crashes", "crash")[name][2]
+    for text in CRASHES[name]:
+        assert text in seen
+    module, test = TESTS[name].split(".")
+    source = inspect.getsource(getattr(import_module(f"tests.plugin.{module}"), test))
+    assert f'expect("{name}"' in source

@@ -1,5 +1,6 @@
 """Files appear whole or not at all."""
 
+import errno
 import os
 import stat
 import sys
@@ -8,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from pytest_lpb.documents.atomic import replace_file, write_once
-from pytest_lpb.errors import RecordingError
+from pytest_lpb.documents.atomic import remove_unfinished, replace_file, unfinished, write_once
+from pytest_lpb.errors import RecordingError, StorageError
 
 WRITERS = pytest.mark.parametrize("write", [write_once, replace_file])
 
@@ -76,3 +77,47 @@ def test_a_folder_in_the_way(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"cannot write .*x\.csv: "):
         replace_file(tmp_path / "x.csv", b"")
     assert [path.name for path in tmp_path.iterdir()] == ["x.csv"]
+
+
+@WRITERS
+@pytest.mark.parametrize("step", ["mkdir", "open", "rename"])
+@pytest.mark.parametrize(
+    ("code", "kind", "advice"),
+    [(errno.ENOSPC, StorageError, "; free space there"), (errno.EFBIG, RecordingError, "File too large$")],
+)
+def test_a_disk_that_takes_no_more(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, write: Any, step: str, code: int, kind: type, advice: str
+) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise OSError(code, os.strerror(code))
+
+    for name in {"mkdir": ["mkdir"], "open": ["open"], "rename": ["replace"]}[step]:
+        monkeypatch.setattr(Path, name, refused)
+    monkeypatch.setattr("pytest_lpb.documents.atomic.os.link", refused)
+    with pytest.raises(RecordingError, match=rf"cannot write .*x\.csv: .*{advice}") as caught:
+        write(tmp_path / "x.csv", b"content")
+    assert type(caught.value) is kind
+    assert not list(tmp_path.iterdir())
+
+
+@WRITERS
+def test_a_file_that_is_cut_off_is_not_published(tmp_path: Path, write: Any) -> None:
+    """What the operating system refuses in the middle: a limit for the size of files."""
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, limits[1]))
+    try:
+        with pytest.raises(RecordingError, match=r"cannot write .*x\.csv: File too large"):
+            write(tmp_path / "x.csv", bytes(2_000_000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_writers_that_died_have_left_is_removed(tmp_path: Path) -> None:
+    kept = write_once(tmp_path / "a/b.part", b"not hidden")
+    unfinished(kept).write_bytes(b"half")
+    (unfinished(tmp_path / "a/folder") / "deep").mkdir(parents=True)
+    remove_unfinished(tmp_path)
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["b.part"]
+    assert kept.read_bytes() == b"not hidden"

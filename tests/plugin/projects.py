@@ -78,7 +78,7 @@ class Project:
         """Run pytest with workers; the controller is in this process."""
         return self.run("-n", str(workers), *LEAN, *arguments, planners=planners)
 
-    def start(self, *arguments: str | Path, planners: str = "pd") -> subprocess.Popen[bytes]:
+    def start(self, *arguments: str | Path, planners: str | None = "pd") -> subprocess.Popen[bytes]:
         """Start pytest in a process group of its own, and do not wait; its output goes to the file `output`."""
         command = [sys.executable, "-c", BOOT, *LEAN, *map(str, self._arguments(arguments, planners, fast=True))]
         with self.output.open("wb") as output:

@@ -1,0 +1,43 @@
+"""When a signal interrupts a session, and when it does not."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pytest_lpb.plugin.termination import TerminationPlugin
+
+
+@pytest.fixture
+def listening() -> Iterator[TerminationPlugin]:
+    """A plugin that listens, as in a session of its own."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    plugin = TerminationPlugin()
+    session: Any = SimpleNamespace()
+    plugin.pytest_sessionstart(session)
+    yield plugin
+    plugin.pytest_unconfigure()
+    signal.signal(signal.SIGINT, before)
+
+
+def interrupted() -> bool:
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def test_at_the_end_of_a_session_only_its_tables_are_interrupted(listening: TerminationPlugin) -> None:
+    assert interrupted()
+    end = listening.pytest_sessionfinish()
+    next(end)
+    with listening.interruptible():
+        assert interrupted()
+    assert not interrupted()
+    # Who insists is heard.
+    assert interrupted()
