@@ -7,14 +7,16 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from pytest_lpb.errors import PlannerError
+from pytest_lpb.isolation import supervisor
 from pytest_lpb.isolation.far.stream import Stream
 from pytest_lpb.isolation.process import Tail, kill_group, told
 from pytest_lpb.isolation.settings import Isolation
 
-BYTES_PER_MB = 10**6
+SUPERVISED = (sys.executable, "-I", "-S", str(Path(supervisor.__file__)))
 END_S = 1.0  # [s] for what is left of a process that was killed
 
 
@@ -28,7 +30,7 @@ class Program:
         self.about: Mapping[str, Any] = {}
         try:
             self._process = subprocess.Popen(
-                isolation.command,
+                [*SUPERVISED, str(isolation.memory_mb or 0), *isolation.command],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
@@ -39,8 +41,6 @@ class Program:
             )
         except OSError as error:
             raise PlannerError(f"command: cannot run {isolation.command[0]}: {error.strerror}") from None
-        if isolation.memory_mb:
-            _limit_memory(self._process.pid, isolation.memory_mb)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         assert self._process.stderr is not None
@@ -81,12 +81,3 @@ class Program:
     def output(self) -> str:
         """The last of what it wrote to its standard error."""
         return self._tail.text
-
-
-def _limit_memory(pid: int, memory_mb: int) -> None:
-    if sys.platform != "linux":
-        raise PlannerError("memory_mb: the memory of a program can be limited on Linux only")
-    import resource
-
-    with suppress(ProcessLookupError):
-        resource.prlimit(pid, resource.RLIMIT_AS, (memory_mb * BYTES_PER_MB,) * 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
 from tests.problem.entries import circle, position_goal, problem_entry
+
+from .test_faults import has_ended
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "planner_in_c"
 ANSWERS = """\
@@ -165,6 +168,42 @@ def test_a_program_that_is_not_there() -> None:
 def test_wrong_answers(tmp_path: Path, answers: list[tuple[str, str]], message: str) -> None:
     trajectory = answering(tmp_path, answers)
     assert trajectory.outcome in ("planner_error", "infeasible")
+    assert message in trajectory.metadata["message"]
+
+
+@pytest.mark.parametrize("wrapped", [False, True], ids=["itself", "its child"])
+def test_it_ends_with_whoever_started_it(tmp_path: Path, wrapped: bool) -> None:
+    """Even killed, and even while the program does not read; a shell's script may have started it."""
+    file, script = tmp_path / "pid", tmp_path / "program.py"
+    script.write_text(f"import os, time\nopen({str(file)!r}, 'w').write(f'{{os.getpid()}} ')\ntime.sleep(60.0)\n")
+    command: tuple[str, ...] = (sys.executable, str(script))
+    if wrapped:
+        command = ("sh", "-c", f"{sys.executable} {script}; echo done")
+    isolation = Isolation(command=command, isolate=True)
+    program = f"from pytest_lpb.isolation.session import *\nSession({isolation!r}, '', None).describe([])\n"
+    with subprocess.Popen([sys.executable, "-c", f"from pytest_lpb.isolation.settings import *\n{program}"]) as process:
+        until = time.monotonic() + 20.0
+        while not (file.is_file() and file.read_text().endswith(" ")):
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        process.kill()
+    assert has_ended(int(file.read_text()))
+
+
+def test_how_it_ends_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "program.py"
+    script.write_text("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
+    isolation = Isolation(command=(sys.executable, str(script)), isolate=True)
+    trajectory = run(PlannerConfiguration("it", "", isolation=isolation))
+    assert "the planner's process was ended by SIGSEGV (signal 11)" in trajectory.metadata["message"]
+
+
+def test_a_program_of_another_kind_of_machine(tmp_path: Path) -> None:
+    program = tmp_path / "program"
+    program.write_bytes(b"\x7fELF" + bytes(100))
+    program.chmod(0o755)
+    trajectory = run(PlannerConfiguration("it", "", isolation=Isolation(command=(str(program),), isolate=True)))
+    message = f"ended with exit code 126; its last words: cannot run {program}: [Errno 8] Exec format error"
     assert message in trajectory.metadata["message"]
 
 

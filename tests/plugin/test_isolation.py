@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from .projects import DRAWN, Project, read_run, text_of
+from .test_faults import leads_to
+from .test_interrupt import PATIENCE_S
 
 # Seed 1 crashes, seed 2 hangs; all others are sound.
 PLANNER = """\
@@ -85,3 +90,54 @@ def test_what_is_not_there_is_a_usage_error(planners: Project, workers: int) -> 
     result = planners.run_workers(planners="far", workers=workers)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     assert "no/python is no program that can be run" in text_of(result)
+
+
+HANGING = """\
+import time
+from pathlib import Path
+
+from pytest_lpb import Planner
+
+
+class Hanging(Planner):
+    def compute_action(self, observation):
+        Path("planner-hangs").touch()
+        time.sleep(600)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+@pytest.mark.parametrize("workers", [0, 2])
+def test_what_hangs_ends_with_a_killed_run(project: Project, workers: int) -> None:
+    """A class and a program, neither of which looks whether anybody is there."""
+    project.write("hanging.py", HANGING)
+    project.write("planners/class.yaml", "planner: hanging:Hanging\nisolate: true\n")
+    program = project.write("program.sh", "#!/bin/sh\ntouch program-hangs\nsleep 600\ntrue\n")
+    program.chmod(0o755)
+    project.write("planners/program.yaml", "command: ../program.sh\n")
+    project.scenario(content=DRAWN)
+    chosen = ["class,program"] if workers else ["class", "program"]
+    for planners in chosen:
+        process = project.start("-n", str(workers), "scenarios", planners=planners)
+        hang = [project.path / f"{'planner' if name == 'class' else name}-hangs" for name in planners.split(",")]
+        try:
+            wait_until(lambda: all(path.exists() for path in hang))  # noqa: B023 - called at once
+            assert processes_in(project.path) > workers + 1
+        finally:
+            process.kill()
+            process.wait()
+        wait_until(lambda: not processes_in(project.path))
+
+
+def wait_until(told: Callable[[], bool]) -> None:
+    until = time.monotonic() + PATIENCE_S
+    while not told():
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+def processes_in(folder: Path) -> int:
+    """How many processes have a folder for their current one."""
+    return sum(leads_to(link, folder) for link in Path("/proc").glob("[0-9]*/cwd")) - leads_to(
+        Path("/proc/self/cwd"), folder
+    )
