@@ -105,7 +105,9 @@ def _seeds(seeds: Any) -> str:
             return f"{numbers[0]}–{numbers[-1]}"
         return ", ".join(str(number) for number in numbers)
     if isinstance(seeds, Mapping):
-        return ", ".join(f"{name} {_seeds(values)}" for name, values in seeds.items() if values is not None)
+        first, trials = seeds.get("first"), seeds.get("trials")
+        told = [] if trials is None else [f"{trials} in each scenario"]
+        return ", ".join([*told, *([] if first is None else [f"from {first} on"])])
     return "" if seeds is None else str(seeds)
 
 

@@ -56,8 +56,9 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
     rows = []
     for row in frame.assign(outcome=endings(frame)).to_dict("records"):
         mark = "†" if row["timing_contended"] == 1 else ""
+        values = [(kpi, finite(row.get(kpi.name))) for kpi in kpis]
         cells = [
-            Cell(show(row.get(kpi.name)), finite(row.get(kpi.name)), mark=mark if kpi.timing else "") for kpi in kpis
+            Cell(show(value), value, mark=mark if kpi.timing and value is not None else "") for kpi, value in values
         ]
         cells.append(Cell(show_exact(row["steps"]), finite(row["steps"])))
         rows.append(_trial_row(row, styles, cells))

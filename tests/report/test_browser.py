@@ -168,5 +168,25 @@ def test_text_is_large_enough_and_inside(browser: Chromium, report_address: str,
     assert browser.run(inside)
 
 
+def test_labels_at_the_end_of_a_profiles_axis_stay_on_a_phone(browser: Chromium, report_address: str) -> None:
+    width, height, scheme, phone = LOOKS["phone"]
+    browser.look(width, height, scheme, phone=phone)
+    open_view(browser, report_address, "#/profiles")
+    last = "document.querySelector('.profile .axis span:last-child')"
+    browser.run(f"{last}.style.left = '100%', {last}.textContent = '100 x'")
+    assert browser.run(f"{last}.getBoundingClientRect().right") <= width
+    assert browser.run("document.documentElement.scrollWidth") <= width
+
+
+def test_intervals_in_the_heat_map_are_not_broken(browser: Chromium, report_address: str) -> None:
+    for width in (390, 700, 1000, 1280):
+        browser.look(width, 900, "light", phone=width < 500)
+        open_view(browser, report_address, "#/overview")
+        lines = "[part.textContent, part.getClientRects().length]"
+        found = browser.run(f"[...document.querySelectorAll('#heat .whole')].map(part => {lines})")
+        assert found
+        assert all(text.endswith("%") and number == 1 for text, number in found), (width, found)
+
+
 def _pixels(png: bytes) -> Any:
     return matplotlib.image.imread(io.BytesIO(png))[..., :3]

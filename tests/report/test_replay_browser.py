@@ -136,6 +136,11 @@ def test_two_planners_side_by_side_and_in_one_picture(browser: Chromium, report_
         browser.run("document.querySelectorAll('#trial-body canvas ~ figcaption, #trial-body .stages .chip').length")
         == 2
     )
+    legend = "[...document.querySelectorAll('.timelines .legend')]"
+    names = browser.run(f"{legend}.map(node => [...node.children].map(key => key.innerText))")
+    assert names == [["action0", "action1", "action2"]]  # once, though two planners are drawn
+    lines = "[...document.querySelectorAll('.timelines .legend path')]"
+    assert len(set(browser.run(f"{lines}.map(line => line.getAttribute('stroke-dasharray'))"))) == 3
     assert browser.errors == []
 
 

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.provenance import provenance
 from pytest_lpb.report.report import page, render, write_report
 from pytest_lpb.report.sections import VIEWS
 
@@ -68,6 +69,7 @@ def test_shows_warnings_and_marks_contended_timing(html: str) -> None:
     assert "Timing was contended" in text
     assert html.count("<sup>†</sup>") > 12
     assert "<sup>†</sup>" not in render(page(make_run(["point/two_obstacles"], seeds=1)))
+    assert "–<sup>†</sup>" not in html  # nothing was timed there
 
 
 def test_trials_can_be_repeated(run: ReportData, html: str) -> None:
@@ -75,6 +77,20 @@ def test_trials_can_be_repeated(run: ReportData, html: str) -> None:
     for row in run.trials.to_dict("records"):
         assert row["command"] in text
         assert not row["message"] or row["message"] in text
+
+
+@pytest.mark.parametrize(
+    ("first", "trials", "text"),
+    [
+        (None, 2, "2 in each scenario"),
+        (5, None, "from 5 on"),
+        (5, 2, "2 in each scenario, from 5 on"),
+        (None, None, ""),
+    ],
+)
+def test_seeds_that_were_asked_for(first: int | None, trials: int | None, text: str) -> None:
+    facts = {fact.name: fact.text for fact in provenance({"seeds": {"first": first, "trials": trials}}, {}).facts}
+    assert facts.get("seeds", "") == text
 
 
 def test_run_section_names_machine_versions_and_command(html: str) -> None:
