@@ -14,6 +14,7 @@ import numpy as np
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.rotations import quaternions_of
 from pytest_lpb.problem.spatial.solids import geometry_of
@@ -75,6 +76,8 @@ def _box(shape: Geometry) -> dict[str, Any]:
 
 
 def _mesh(shape: Geometry) -> dict[str, Any]:
+    assert shape.file is not None
+    check_mesh(shape.file)
     return {"shapeType": pybullet.GEOM_MESH, "fileName": str(shape.file), "meshScale": list(shape.size)}
 
 

@@ -11,7 +11,7 @@ PACKAGE = "pytest_lpb"
 FAR = ("isolation/__init__.py", "isolation/far")
 # NumPy is all that these import when a robot in the plane, or one in space by its URDF, is built.
 OURS: tuple[str, ...] = (
-    *("errors.py", "names.py", "motion", "problem", "trial/__init__.py", "trial/read_only.py"),
+    *("errors.py", "names.py", "bounded.py", "motion", "problem", "trial/__init__.py", "trial/read_only.py"),
     *(f"planner/{name}.py" for name in ("__init__", "base", "registry", "read_only")),
 )
 

@@ -1,42 +1,19 @@
-"""Which files a scenario may name: those of its own project. A file of a stranger is not to read, and record, others.
-
-The project is the nearest folder above the scenario file with one of `MARKS`, else the folder above the file's own.
-The environment variable LPB_ALLOW_PATHS names further folders, separated as in PATH.
-"""
+"""Which files a scenario may name: those of its own project. One of a stranger is not to read, and record, others."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from pytest_lpb.documents.faults import Fault, Loc
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.allowed import project_of, refusal
 from pytest_lpb.problem.paths import PLACES
-
-ALLOWED = "LPB_ALLOW_PATHS"
-MARKS = (
-    "pytest.ini",
-    ".pytest.ini",
-    "pyproject.toml",
-    "tox.ini",
-    "setup.cfg",
-    "conftest.py",
-    ".git",
-    "run.json",
-    "package.xml",
-)
-
-
-def project_of(scenario: Path) -> Path:
-    """The folder whose files a scenario file may name."""
-    folder = scenario.resolve().parent
-    marked = (above for above in (folder, *folder.parents) if any((above / mark).exists() for mark in MARKS))
-    return next(marked, folder.parent)
 
 
 def escapes(data: Any, scenario: Path) -> list[Fault]:
-    """A fault for each file that lies outside of what a scenario file may name.
+    """A fault for each file outside of what a scenario file may name, by itself or through its URDF.
 
     Args:
         data: the file's content, paths absolute.
@@ -45,13 +22,22 @@ def escapes(data: Any, scenario: Path) -> list[Fault]:
     named = list(_named(data))
     if not named:
         return []
-    project = project_of(scenario)
-    folders = [project, *(Path(text).resolve() for text in os.environ.get(ALLOWED, "").split(os.pathsep) if text)]
-    return [
-        Fault(loc, f"{path} lies outside of {project}; a scenario names files of its own project, or below {ALLOWED}")
-        for loc, path in named
-        if not any(Path(path).resolve().is_relative_to(folder) for folder in folders)
-    ]
+    home = project_of(scenario)
+    faults = [Fault(loc, f"{path} {refused}") for loc, path in named if (refused := refusal(Path(path), home))]
+    return faults or [fault for loc, path in named if loc == URDF for fault in _escaping_meshes(loc, Path(path), home)]
+
+
+URDF: Loc = ("robot", "urdf")
+
+
+def _escaping_meshes(loc: Loc, urdf: Path, home: Path) -> Iterator[Fault]:
+    # Imported late: most scenarios name no URDF.
+    from pytest_lpb.problem.spatial.robot_files import escaping_meshes
+
+    try:
+        yield from (Fault(loc, text) for text in escaping_meshes(urdf, home))
+    except ScenarioError:
+        return  # it cannot be read, which is told with the robot's other faults
 
 
 def _named(data: Any) -> Iterator[tuple[Loc, str]]:

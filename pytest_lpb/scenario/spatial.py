@@ -14,6 +14,7 @@ from pytest_lpb.problem.spatial.base import BASES
 from pytest_lpb.problem.spatial.composition import composed
 from pytest_lpb.problem.spatial.generated import GENERATED, GeneratedModel, Sizes
 from pytest_lpb.problem.spatial.library import LibraryRobot, known_robots, library_robot
+from pytest_lpb.problem.spatial.robot_files import check_meshes
 from pytest_lpb.problem.spatial.urdf import Joint, UrdfModel
 from pytest_lpb.problem.spatial.urdf_reader import load_urdf
 from pytest_lpb.scenario.robot_names import wrong_name
@@ -86,6 +87,8 @@ class SpatialDescription:
         if robot.urdf is not None:
             self._check_file(Path(robot.urdf))
         try:
+            if robot.urdf is not None:
+                check_meshes(Path(robot.urdf))
             return load_urdf(self._library.path if self._library else Path(robot.urdf or ""))
         except (OSError, ScenarioError) as error:
             raise self._fault(self._source, str(error)) from None

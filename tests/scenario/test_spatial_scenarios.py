@@ -276,7 +276,7 @@ def test_a_mesh_that_is_too_large() -> None:
     with Path("huge.stl").open("wb") as file:
         file.truncate(100_000_001)  # takes no space
     check("obstacles", "[{shape: mesh, file: huge.stl, position: [3, 3, 3]}]",
-          "obstacles[0].file: huge.stl has 100000001 bytes; allowed are 100000000")  # fmt: skip
+          "obstacles[0].file: huge.stl: has 100000001 bytes; allowed are 100000000")  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -95,6 +95,21 @@ def library_robot(name: str) -> LibraryRobot:
             "pip install 'pytest-lpb[robots]'"
         )
     return LibraryRobot(**{**entry, "path": folder / str(entry["path"])})  # type: ignore[arg-type] # fields by name
+
+
+def installed_folders() -> list[Path]:
+    """Folders of the packages that robots known by name come with, links followed."""
+    return [folder.resolve() for folder in (_pybullet_folder(), _example_robot_data_folder()) if folder is not None]
+
+
+@lru_cache(maxsize=1024)
+def is_installed(file: Path) -> bool:
+    """Whether a file belongs to one of those packages."""
+    try:
+        resolved = file.resolve()
+    except (OSError, RuntimeError):
+        return False  # links that go in a circle
+    return any(resolved.is_relative_to(folder) for folder in installed_folders())
 
 
 @cache

@@ -13,6 +13,7 @@ import numpy as np
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.problem.spatial.urdf import Geometry, Link, UrdfModel
 from pytest_lpb.problem.spatial.urdf_writer import urdf_text
@@ -23,7 +24,8 @@ Capsule = tuple[float, ...]  # ax, ay, az, bx, by, bz, radius [m]
 
 
 def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
-    """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for a file that PyBullet cannot read."""
+    """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for one that PyBullet cannot read."""
+    check_mesh(path)
     stat = path.stat()
     return _vertices(path, scale, stat.st_mtime_ns, stat.st_size)
 

@@ -16,6 +16,7 @@ from typing import Any
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.mesh_files import check_obstacle_mesh
 
 HULL_MARGIN_M = 0.001  # [m] Bullet's margin around boxes, cylinders and convex hulls
 
@@ -100,7 +101,12 @@ def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
-    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it."""
+    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it.
+
+    Raises ScenarioError for a mesh that cannot be read.
+    """
+    if entry.get("file"):
+        check_obstacle_mesh(Path(entry["file"]))
     shape = BULLET_SHAPES[entry["shape"]](entry)
     try:
         collision = client.call("createCollisionShape", **shape.keywords)

@@ -10,16 +10,16 @@ import numpy as np
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
-
-_STL_HEADER = 80  # bytes before the number of triangles
-_STL_TRIANGLE = np.dtype([("numbers", "<f4", (4, 3)), ("attribute", "<u2")])  # normal, three corners
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
+from pytest_lpb.problem.spatial.meshes_of_stl import corners_of
 
 
 def mesh_triangles(path: Path) -> FloatArray:
-    """Corners (n, 3, 3) [m] of a mesh's triangles. Raises ScenarioError for files that are neither OBJ nor STL."""
+    """Corners (n, 3, 3) [m] of a mesh's triangles. Raises ScenarioError for what is no sound OBJ or STL."""
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise ScenarioError(f"{path}: triangles are read from .obj and .stl files")
+    check_mesh(path)
     try:
         triangles = reader(path)
     except (ValueError, IndexError) as error:
@@ -49,14 +49,7 @@ def _from_obj(path: Path) -> FloatArray:
 
 
 def _from_stl(path: Path) -> FloatArray:
-    content = path.read_bytes()
-    count = int.from_bytes(content[_STL_HEADER : _STL_HEADER + 4], "little")
-    if len(content) == _STL_HEADER + 4 + count * _STL_TRIANGLE.itemsize:
-        rows = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER + 4)
-        return np.asarray(rows["numbers"][:, 1:], dtype=float)
-    lines = (line.split() for line in content.decode("ascii", errors="replace").splitlines())
-    corners = [[float(number) for number in parts[1:4]] for parts in lines if parts[:1] == ["vertex"]]
-    return np.array(corners).reshape(-1, 3, 3)
+    return corners_of(path.read_bytes())
 
 
 _READERS: dict[str, Callable[[Path], FloatArray]] = {".obj": _from_obj, ".stl": _from_stl}

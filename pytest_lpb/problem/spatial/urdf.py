@@ -42,6 +42,7 @@ class Geometry:
         origin: pose in the link's frame, (4, 4).
         file: of a mesh, absolute.
         color: red, green, blue, opacity in [0, 1]; of visuals.
+        line: of the URDF file, where it names a mesh.
     """
 
     kind: str
@@ -49,6 +50,7 @@ class Geometry:
     origin: FloatArray = field(default_factory=identity)
     file: Path | None = None
     color: tuple[float, float, float, float] | None = None
+    line: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,20 +6,19 @@ import re
 from functools import lru_cache
 from math import inf, isfinite, sqrt
 from pathlib import Path
-from xml.parsers import expat
 
 import numpy as np
 
+from pytest_lpb.bounded import read_bounded, regular_file
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.rotations import matrix_of_rpy
 from pytest_lpb.problem.spatial.urdf import Geometry, Inertial, Joint, Link, UrdfModel
 from pytest_lpb.problem.spatial.urdf_tree import in_tree_order
+from pytest_lpb.problem.spatial.xml_reader import Element, parse_xml
 
 MAX_URDF_BYTES = 10_000_000
-MAX_MESH_BYTES = 100_000_000
-MAX_ELEMENTS = 100_000
 MAX_LINKS = 2_000
 MAX_LENGTH_M = 1e4
 
@@ -29,24 +28,6 @@ OPTENV = re.compile(r"\$\(optenv\s+\S+\s*(.*)\)")
 KINDS = {"fixed": "fixed", "revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic"}
 
 
-class Element:
-    """An XML element: its name, attributes and children, and the line it begins in."""
-
-    def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
-        self.tag = tag
-        self.attributes = attributes
-        self.line = line
-        self.children: list[Element] = []
-
-    def find(self, tag: str) -> Element | None:
-        """The first child of this name."""
-        return next((child for child in self.children if child.tag == tag), None)
-
-    def all(self, tag: str) -> list[Element]:
-        """All children of this name."""
-        return [child for child in self.children if child.tag == tag]
-
-
 def load_urdf(path: Path) -> UrdfModel:
     """The robot of a URDF file; a file that has not changed is read once.
 
@@ -54,47 +35,13 @@ def load_urdf(path: Path) -> UrdfModel:
     links, a joint type that cannot be simulated, several roots or a loop.
     """
     path = Path(path).absolute()
-    try:
-        stat = path.stat()
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror or error}") from None
+    stat = regular_file(path, ScenarioError)
     return _load(path, stat.st_mtime_ns, stat.st_size)
 
 
 @lru_cache(maxsize=64)
-def _load(path: Path, _changed: int, size: int) -> UrdfModel:
-    if size > MAX_URDF_BYTES:
-        raise ScenarioError(f"{path}: {size} bytes; a URDF file may have {MAX_URDF_BYTES}")
+def _load(path: Path, _changed: int, _size: int) -> UrdfModel:
     return _Reader(path).model()
-
-
-def parse_xml(content: bytes, path: Path) -> Element:
-    """The root element of an XML text. Raises ScenarioError; document types and entities are refused."""
-    root = Element("", {}, 0)
-    open_elements = [root]
-    count = 0
-    parser = expat.ParserCreate()
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal count
-        count += 1
-        if count > MAX_ELEMENTS:
-            raise ScenarioError(f"{path}:{parser.CurrentLineNumber}: more than {MAX_ELEMENTS} elements")
-        element = Element(tag, attributes, parser.CurrentLineNumber)
-        open_elements[-1].children.append(element)
-        open_elements.append(element)
-
-    def doctype(*_: object) -> None:
-        raise ScenarioError(f"{path}:{parser.CurrentLineNumber}: found a DOCTYPE; a URDF file has none")
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = lambda _: open_elements.pop()
-    parser.StartDoctypeDeclHandler = doctype
-    try:
-        parser.Parse(content, True)
-    except expat.ExpatError as error:
-        raise ScenarioError(f"{path}:{error.lineno}: is no XML: {expat.ErrorString(error.code)}") from None
-    return root.children[0]
 
 
 class _Reader:
@@ -102,7 +49,7 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        root = parse_xml(path.read_bytes(), path)
+        root = parse_xml(read_bounded(path, MAX_URDF_BYTES, ScenarioError), path)
         if root.tag != "robot":
             hint = "; run xacro on it first" if path.suffix == ".xacro" else ""
             raise self._fault(root, f"found <{root.tag}>; a URDF file has a <robot>{hint}")
@@ -190,7 +137,9 @@ class _Reader:
                 shape, f"found the size {list(size)}; lengths above 0 m and up to {MAX_LENGTH_M:g} m are required"
             )
         file = self._mesh(shape) if shape.tag == "mesh" else None
-        return Geometry(shape.tag, size, self._origin(element), file, self._material(element.find("material")))
+        return Geometry(
+            shape.tag, size, self._origin(element), file, self._material(element.find("material")), shape.line
+        )
 
     def _material(self, element: Element | None) -> tuple[float, float, float, float] | None:
         if element is None:
@@ -209,10 +158,6 @@ class _Reader:
         found = _resolved(name, self._path)
         if found is None:
             raise self._fault(shape, f"the mesh {name!r} is not there; looked for it from {self._path.parent}")
-        if found.stat().st_size > MAX_MESH_BYTES:
-            raise self._fault(
-                shape, f"the mesh {name!r} has {found.stat().st_size} bytes; allowed are {MAX_MESH_BYTES}"
-            )
         return found
 
     def _joint(self, element: Element, name: str, links: dict[str, Link]) -> Joint:

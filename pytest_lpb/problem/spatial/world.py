@@ -14,6 +14,7 @@ from pathlib import Path
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.reach import reach_of_joints
 from pytest_lpb.problem.spatial.robot import Frame, SpatialRobot
 from pytest_lpb.problem.spatial.rotations import multiply, rotate
@@ -69,6 +70,10 @@ class World:
     def _load(self, robot: SpatialRobot) -> int:
         model, self._owners = one_shape_per_link(with_locked_joints(robot.urdf, robot.locked))
         self._model = model
+        for link in model.links:
+            for shape in link.collisions:
+                if shape.file is not None:
+                    check_mesh(shape.file)
         handle, name = tempfile.mkstemp(suffix=".urdf")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_lpb.documents.faults import Fault, Loc
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import angle_motion, turning_motion
 from pytest_lpb.names import listed
 from pytest_lpb.scenario.checks.goal import check_motion, stays_finite
@@ -14,7 +15,6 @@ from pytest_lpb.scenario.schema.obstacle import AxisAngle, Mesh, Obstacle
 
 DRAWN_NAME = re.compile(r"drawn[0-9]+")
 MESH_SUFFIXES = (".obj", ".stl")  # PyBullet reads .dae files for robots only
-MAX_MESH_BYTES = 100_000_000
 
 
 def obstacle_names(obstacles: Sequence[Obstacle]) -> list[str]:
@@ -81,14 +81,24 @@ _ORIENTATIONS = {2: _check_angle, 3: _check_turn}
 
 
 def check_meshes(obstacles: list[Obstacle]) -> Iterator[Fault]:
-    """Mesh files are there, and of a kind that can be read."""
+    """Mesh files are there, and sound."""
     for index, obstacle in enumerate(obstacles):
         if not isinstance(obstacle, Mesh):
             continue
         path, place = Path(obstacle.file), ("obstacles", index, "file")
         if path.suffix.lower() not in MESH_SUFFIXES:
             yield Fault(place, f"found {path.name!r}; allowed are files {listed(MESH_SUFFIXES)}")
-        elif not path.is_file():
+        elif not path.exists():
             yield Fault(place, f"there is no file {path}")
-        elif path.stat().st_size > MAX_MESH_BYTES:
-            yield Fault(place, f"{path.name} has {path.stat().st_size} bytes; allowed are {MAX_MESH_BYTES}")
+        else:
+            yield from _check_mesh(place, path)
+
+
+def _check_mesh(place: Loc, path: Path) -> Iterator[Fault]:
+    # Imported late: most scenarios have no meshes.
+    from pytest_lpb.problem.spatial.mesh_files import check_obstacle_mesh
+
+    try:
+        check_obstacle_mesh(path)
+    except ScenarioError as error:
+        yield Fault(place, str(error).removeprefix(f"{path.parent}/"))

@@ -154,7 +154,7 @@ def test_points_on_a_concave_mesh_lie_on_it_and_close_together(tmp_path: Path) -
 
 def test_a_mesh_that_pybullet_cannot_read(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="PyBullet cannot read this mesh"):
-        mesh_vertices(written(tmp_path, "nothing", "a.obj"), (1.0, 1.0, 1.0))
+        mesh_vertices(written(tmp_path, "nothing", "a.ply"), (1.0, 1.0, 1.0))
 
 
 def test_every_mesh_of_a_known_robot_gives_a_capsule() -> None:

@@ -1,0 +1,92 @@
+"""Mesh files of strangers, checked before PyBullet sees them.
+
+PyBullet's readers are C++ and trust what they read: an index beyond the vertices, a wrong count of triangles or an
+empty file ends the process. What passes here is what they can read. A mesh may name materials, and those textures:
+PyBullet opens them too.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from pytest_lpb.bounded import read_bounded, regular_file
+from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.allowed import project_of, refusal
+from pytest_lpb.problem.spatial.library import is_installed
+from pytest_lpb.problem.spatial.mesh_limits import MAX_MATERIAL_BYTES, MAX_MESH_BYTES, MAX_TEXTURE_BYTES
+from pytest_lpb.problem.spatial.meshes_of_collada import check_collada
+from pytest_lpb.problem.spatial.meshes_of_stl import check_stl, is_text
+from pytest_lpb.problem.spatial.meshes_of_wavefront import check_wavefront, materials_of, textures_of
+from pytest_lpb.problem.spatial.textures import check_texture
+
+# What PyBullet takes for which kind of file it decides by the last letters, as here. Others it does not open.
+_CHECKS: dict[str, Callable[[bytes, Path], None]] = {
+    ".obj": check_wavefront,
+    ".stl": check_stl,
+    ".dae": check_collada,
+}
+
+
+def check_mesh(path: Path) -> None:
+    """Check a mesh file and what it names; one that has not changed is checked once.
+
+    Meshes of installed packages that robots known by name come with are not checked.
+
+    Raises ScenarioError, `file: ..` or `file:line: ..`, for what is no file or too large, is damaged, or names files
+    outside of its project.
+    """
+    if is_installed(path):
+        return
+    stat = regular_file(path, ScenarioError)
+    _checked(path, stat.st_mtime_ns, stat.st_size)
+
+
+def check_obstacle_mesh(path: Path) -> None:
+    """Check the mesh of an obstacle: the same, and no STL of text, which ends PyBullet where it makes one by hand.
+
+    Raises ScenarioError.
+    """
+    check_mesh(path)
+    if path.suffix.lower() == ".stl" and is_text(read_bounded(path, MAX_MESH_BYTES, ScenarioError)):
+        raise ScenarioError(f"{path}: is an STL of text, which PyBullet cannot read; save it as a binary STL")
+
+
+@lru_cache(maxsize=1024)
+def _checked(path: Path, _changed: int, _size: int) -> None:
+    content = read_bounded(path, MAX_MESH_BYTES, ScenarioError)
+    check = _CHECKS.get(path.suffix.lower())
+    if check is None:
+        return
+    if not content:
+        raise ScenarioError(f"{path}: has no triangles: the file is empty")
+    check(content, path)
+    if path.suffix.lower() == ".obj":
+        for line, material in materials_of(content):
+            for file in _named(material, path, line):
+                _check_material(file)
+
+
+def _check_material(path: Path) -> None:
+    content = read_bounded(path, MAX_MATERIAL_BYTES, ScenarioError)
+    for line, texture in textures_of(content, path):
+        for file in _named(texture, path, line):
+            read_bounded(file, MAX_TEXTURE_BYTES, ScenarioError)
+            check_texture(file)
+
+
+def _named(name: str, by: Path, line: int) -> Iterator[Path]:
+    """The file that a mesh or material names, if it is there. Raises ScenarioError where it may not be named.
+
+    PyBullet puts the name behind the folder's, even one that begins with a slash.
+    """
+    path = Path(os.path.normpath(f"{by.parent}/{name}"))
+    if not os.path.lexists(path):
+        return  # exporters name pictures of the machine they ran on; nothing is opened then
+    home = project_of(by)
+    refused = refusal(path, home)
+    if refused:
+        raise ScenarioError(f"{by}:{line}: {name!r} {refused}")
+    yield path
