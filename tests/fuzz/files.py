@@ -1,4 +1,4 @@
-"""Mutants of the shipped scenario, planner and study files: each is read, or refused in words with file and line.
+"""Mutants of shipped scenario, planner and study files, and of small URDF and mesh files: read, or refused in words.
 
 python -m tests.fuzz.files COUNT SEED    prints what is wrong, and exits 1
 """
@@ -20,15 +20,16 @@ from typing import NamedTuple
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.errors import LpbError
 from pytest_lpb.planner.files import read_planner
-from pytest_lpb.scenario.draw import draw_problem
+from pytest_lpb.scenario.draw import check_feasible, draw_problem
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.shipped import shipped_folder
 from pytest_lpb.study.study import read_study
 from tests.fuzz.mutation import mutant
+from tests.fuzz.parts import PARTS, write_parts
 
 SLOW_S = 2.0  # of processor time: machines are shared
 STEPS = 3  # of a trial, from mutants that are read
-NAME = "mutant_.yaml"
+NAME = "mutant_"  # and the suffix
 
 
 class Finding(NamedTuple):
@@ -42,6 +43,7 @@ class Finding(NamedTuple):
 
 def _scenario(path: Path) -> None:
     scenario = load_scenario(path)
+    check_feasible(scenario)
     try:
         problem = draw_problem(scenario, scenario.seed, (), "mutant")
     except LpbError:
@@ -51,6 +53,8 @@ def _scenario(path: Path) -> None:
     try:
         while environment.row < STEPS and not environment.ended:
             environment.step([0.0] * problem.robot.n_actions)
+    except LpbError:
+        return  # a robot that diverges is the outcome of a trial
     finally:
         environment.close()
 
@@ -65,21 +69,36 @@ def _study(path: Path) -> None:
     study.families(lambda file: file.stem)
 
 
-READERS: dict[str, Callable[[Path], None]] = {"scenarios": _scenario, "planners": _planner, "studies": _study}
+def _part(path: Path) -> None:
+    """A scenario that names a URDF or a mesh."""
+    _scenario(path.with_name(f"names{path.suffix}.yaml"))
+
+
+READERS: dict[str, Callable[[Path], None]] = {
+    "scenarios": _scenario,
+    "planners": _planner,
+    "studies": _study,
+    "parts": _part,
+}
+# How often each kind is chosen.
+KINDS = ("scenarios",) * 3 + ("planners", "studies", "parts")
 
 
 def kind_of(path: Path) -> str:
-    """Which reader a shipped file is for."""
+    """Which reader a file is for."""
+    if path.parent.name == PARTS:
+        return "parts"
     if path.parent.name == "studies":
         return "studies"
     return "planners" if "planners" in path.parts else "scenarios"
 
 
 def originals(folder: Path) -> list[Path]:
-    """Copies of all shipped YAML files in a folder, with what belongs to them."""
+    """Copies of all shipped YAML files in a folder, with what belongs to them; and URDF and mesh files."""
     for name in ("scenarios", "planners"):
         shutil.copytree(shipped_folder(name), folder / name)
-    return sorted(path for path in folder.rglob("*.yaml"))
+    shipped = sorted(path for path in folder.rglob("*.yaml"))
+    return [*shipped, *write_parts(folder / PARTS, NAME)]
 
 
 def findings(count: int, seed: int, folder: Path, slow_s: float = SLOW_S) -> Iterator[Finding]:
@@ -90,10 +109,10 @@ def findings(count: int, seed: int, folder: Path, slow_s: float = SLOW_S) -> Ite
     before = sorted(folder.rglob("*"))
     for number in range(count):
         source = random.Random(f"{seed}:{number}")
-        kind = source.choice(("scenarios", "scenarios", "scenarios", "planners", "studies"))
+        kind = source.choice(KINDS)
         original = source.choice(by_kind[kind])
-        content = mutant(original.read_text("utf-8"), source)
-        path = original.with_name(NAME)
+        content = mutant(original, source)
+        path = original.with_name(f"{NAME}{original.suffix}")
         path.write_bytes(content)
         started = time.process_time()
         what = _fault(READERS[kind], path)
@@ -130,7 +149,7 @@ def main(arguments: list[str]) -> int:
         for finding in findings(count, seed, Path(folder)):
             found += 1
             print(f"--- {finding.original} #{finding.number}: {finding.what}")
-            Path(f"/tmp/mutant-{seed}-{finding.number}.yaml").write_bytes(finding.content)
+            Path(f"/tmp/mutant-{seed}-{finding.number}{Path(finding.original).suffix}").write_bytes(finding.content)
     print(f"{count} mutants, {found} findings")
     return 1 if found else 0
 

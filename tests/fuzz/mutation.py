@@ -1,10 +1,12 @@
-"""Mutants of YAML files: of their bytes, and of their values."""
+"""Mutants of files: of their bytes, of YAML files' values, and of the words of other texts."""
 
 from __future__ import annotations
 
 import copy
 import random
+import re
 from collections.abc import Callable
+from pathlib import Path as File
 from typing import Any
 
 import yaml
@@ -92,9 +94,9 @@ SNIPPETS = (
 )  # fmt: skip
 
 
-def mutated_bytes(text: str, source: random.Random) -> bytes:
+def mutated_bytes(original: str | bytes, source: random.Random) -> bytes:
     """The file with one to four places overwritten, cut out, doubled, or with something put in."""
-    content = bytearray(text.encode())
+    content = bytearray(original.encode() if isinstance(original, str) else original)
     for _ in range(source.randint(1, 4)):
         start = source.randrange(len(content) + 1)
         end = min(len(content), start + source.choice((0, 1, 1, 3, 20, 200)))
@@ -105,6 +107,29 @@ def mutated_bytes(text: str, source: random.Random) -> bytes:
     return bytes(content)
 
 
-def mutant(text: str, source: random.Random) -> bytes:
-    """A mutant of either kind."""
-    return (mutated_bytes if source.random() < 0.25 else mutated_tree)(text, source)
+# What stands in for a word of a URDF or a mesh.
+WORDS = (
+    b"", b"0", b"-1", b"1", b"2", b"5", b"99999999", b"-99999999", b"2147483648", b"1e30", b"1e999", b"nan", b"1.5",
+    b"x", b"#s", b"#v", b"#", b"..", b"../../../etc/passwd", b"/dev/zero", b"mutant_.obj", b"mesh", b"box", b"f", b"v",
+)  # fmt: skip
+_WORD = re.compile(rb"[^\s<>\"=/]+")
+
+
+def mutated_words(content: bytes, source: random.Random) -> bytes:
+    """The file with one to three of its words replaced, cut out or doubled."""
+    for _ in range(source.choice((1, 1, 2, 3))):
+        words = list(_WORD.finditer(content))
+        if not words:
+            break
+        word = source.choice(words)
+        other = source.choice((*WORDS, source.choice(words).group(), word.group() * 2))
+        content = content[: word.start()] + other + content[word.end() :]
+    return content
+
+
+def mutant(original: File, source: random.Random) -> bytes:
+    """A mutant of one of the kinds that suit the file."""
+    content = original.read_bytes()
+    if source.random() < 0.25 or original.suffix == ".stl":
+        return mutated_bytes(content, source)
+    return mutated_tree(content.decode(), source) if original.suffix == ".yaml" else mutated_words(content, source)

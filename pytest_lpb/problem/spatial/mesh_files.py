@@ -22,6 +22,8 @@ from pytest_lpb.problem.spatial.meshes_of_stl import check_stl, is_text
 from pytest_lpb.problem.spatial.meshes_of_wavefront import check_wavefront, materials_of, textures_of
 from pytest_lpb.problem.spatial.textures import check_texture
 
+# Where PyBullet looks for materials and textures besides the folder of the file that names them.
+LOOKED_FOR = (".", "data", "../data", "../../data", "../../../data", "../../../../data")
 # What PyBullet takes for which kind of file it decides by the last letters, as here. Others it does not open.
 _CHECKS: dict[str, Callable[[bytes, Path], None]] = {
     ".obj": check_wavefront,
@@ -41,7 +43,7 @@ def check_mesh(path: Path) -> None:
     if is_installed(path):
         return
     stat = regular_file(path, ScenarioError)
-    _checked(path, stat.st_mtime_ns, stat.st_size)
+    _checked(path, Path.cwd(), stat.st_mtime_ns, stat.st_size)
 
 
 def check_obstacle_mesh(path: Path) -> None:
@@ -55,7 +57,7 @@ def check_obstacle_mesh(path: Path) -> None:
 
 
 @lru_cache(maxsize=1024)
-def _checked(path: Path, _changed: int, _size: int) -> None:
+def _checked(path: Path, _working: Path, _changed: int, _size: int) -> None:
     content = read_bounded(path, MAX_MESH_BYTES, ScenarioError)
     check = _CHECKS.get(path.suffix.lower())
     if check is None:
@@ -80,13 +82,15 @@ def _check_material(path: Path) -> None:
 def _named(name: str, by: Path, line: int) -> Iterator[Path]:
     """The file that a mesh or material names, if it is there. Raises ScenarioError where it may not be named.
 
-    PyBullet puts the name behind the folder's, even one that begins with a slash.
+    PyBullet puts the name behind the folder's, even one that begins with a slash; what is not there it looks for around
+    the working directory. Exporters name pictures of the machine that they ran on: what is nowhere is not opened.
     """
-    path = Path(os.path.normpath(f"{by.parent}/{name}"))
-    if not os.path.lexists(path):
-        return  # exporters name pictures of the machine they ran on; nothing is opened then
     home = project_of(by)
-    refused = refusal(path, home)
-    if refused:
-        raise ScenarioError(f"{by}:{line}: {name!r} {refused}")
-    yield path
+    for folder in (by.parent, *(Path.cwd() / place for place in LOOKED_FOR)):
+        path = Path(f"{folder}/{name}")
+        if not os.path.lexists(path):
+            continue
+        refused = refusal(path, home)
+        if refused:
+            raise ScenarioError(f"{by}:{line}: {name!r} {refused}")
+        yield path

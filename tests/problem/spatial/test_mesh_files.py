@@ -206,6 +206,19 @@ def test_materials_and_textures_that_are_refused(tmp_path: Path, material: str, 
         check_mesh(mesh)
 
 
+def test_what_pybullet_would_find_around_the_working_directory_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = textured(tmp_path / "mine", "../a.mtl", "../../secret.png")
+    (tmp_path / "mine" / "deeper").mkdir()
+    Image.new("RGB", (4, 4)).save(tmp_path / "secret.png")
+    monkeypatch.chdir(tmp_path / "mine")
+    check_mesh(mesh)  # neither beside the material nor there
+    monkeypatch.chdir(tmp_path / "mine" / "deeper")
+    with pytest.raises(ScenarioError, match=r"a\.mtl:3: '\.\./\.\./secret\.png' lies outside of .*/mine"):
+        check_mesh(mesh)
+
+
 def test_allowed_folders_hold_for_materials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = textured(tmp_path / "mine", "../../secret.mtl", "skin.png")
     (tmp_path / "secret.mtl").write_text("newmtl secret\n")
