@@ -11,6 +11,7 @@ import numpy as np
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import kpi_title, percent, show
+from pytest_lpb.report.palette import DASHES
 from pytest_lpb.report.scale import Scale, scale_for
 from pytest_lpb.report.view import PlannerStyle, Tick
 from pytest_lpb.run.sweeps import Curve, Sweep, sweeps_of
@@ -24,6 +25,7 @@ class SweepLine:
     """A curve, in units of 1/1000 of its axes."""
 
     style: PlannerStyle
+    dash: str  # of the planner; where a planner has several lines, of the other values
     label: str
     d: str
     dots: Sequence[tuple[float, float, str]]  # place, and what it says
@@ -103,7 +105,15 @@ def _figure(
         title=title,
         x_ticks=across.ticks,
         y_ticks=[Tick(round(100 - tick.at, 2), tick.label) for tick in up.ticks(5)],
-        lines=[SweepLine(styles[curve.planner], curve.label, *_drawn(curve, across, up, says)) for curve in curves],
+        lines=[
+            SweepLine(
+                styles[curve.planner],
+                DASHES[curve.family % len(DASHES)] if sweep.lines_per_planner > 1 else styles[curve.planner].dash,
+                curve.label,
+                *_drawn(curve, across, up, says),
+            )
+            for curve in curves
+        ],
     )
 
 

@@ -30,11 +30,13 @@ class Curve:
         planner: whose style it is drawn in.
         label: what distinguishes it: a planner, or the other values.
         points: by value.
+        family: number of the other values; a planner may have a line of each.
     """
 
     planner: str
     label: str
     points: Sequence[Point]
+    family: int
 
 
 @dataclass(frozen=True)
@@ -53,19 +55,24 @@ class Sweep:
         found = list({_key(value): value for value in chosen}.values())
         return sorted(found) if all(_is_number(value) for value in found) else found
 
+    @property
+    def lines_per_planner(self) -> int:
+        """How many curves a planner may have in one figure."""
+        return len(self._families()) if self.kind == "scenarios" else 1
+
     def curves(self, summary: pd.DataFrame, column: str) -> Iterator[Curve]:
         """Curves of a figure of summary.csv, such as `success_rate` or `clearance_min_m_median`.
 
         A planner's curve is over the mean of all scenarios; a scenario's has a curve per planner.
         """
-        for others, names in self._families().items():
+        for family, (others, names) in enumerate(self._families().items()):
             label = ", ".join(f"{name} {value}" for name, value in others)
             for planner, rows in self._rows(summary, names):
                 points = [_point(rows[name], value, column) for name, value in names if name in rows]
                 found = [point for point in points if np.isfinite(point.figure)]
                 if found:
                     own = planner if self.kind == "scenarios" else ""
-                    yield Curve(planner, ", ".join(filter(None, (own, label))), found)
+                    yield Curve(planner, ", ".join(filter(None, (own, label))), found, family)
 
     def _families(self) -> dict[tuple[tuple[str, str], ...], list[tuple[str, Any]]]:
         """Variants that differ in this parameter alone, with its values in order; by their other values."""

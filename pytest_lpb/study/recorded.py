@@ -19,8 +19,9 @@ def recorded_families(run: Path) -> list[RecordedFamily]:
     found: dict[str, dict[int, Path]] = {}
     for path in sorted(trials.rglob(f"{PREFIX}*.yaml")):
         seed = path.stem.removeprefix(PREFIX)
-        if seed.isdigit():
-            key = path.parents[1].relative_to(trials).as_posix()
+        scenario = path.relative_to(trials).parts[:-2]  # a file elsewhere is none of a trial
+        if scenario and seed.isdecimal():
+            key = "/".join(scenario)
             found.setdefault(key, {}).setdefault(int(seed), path)
     if not found:
         raise RecordingError(f"{run}: it has no problem files (trials/SCENARIO/PLANNER/seedK.yaml)")

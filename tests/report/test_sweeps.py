@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import pandas as pd
+
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.report import page, render
@@ -41,3 +43,28 @@ def test_the_section_is_shown(run: ReportData) -> None:
     html = render(page(swept(run)))
     assert 'id="sweeps"' in html
     assert "base: gain" in html
+
+
+def test_lines_of_one_planner_differ(run: ReportData) -> None:
+    """Two knobs: over one of them, a planner has a line for each value of the other."""
+    scenario = run.trials["scenario"].iloc[0]
+    parts = []
+    variants = {}
+    for radius in (1, 2):
+        for speed in (1, 2):
+            name = f"{scenario}_{radius}_{speed}"
+            variants[name] = {"of": "base", "values": {"radius": radius, "speed": speed}}
+            parts.append(run.summary[run.summary["scenario"] == scenario].assign(scenario=name))
+    told = {**run.run_info, "swept": {"planners": {}, "scenarios": variants}}
+    data = dataclasses.replace(run, summary=pd.concat(parts), run_info=told)
+    section = sweep_section(data, planner_styles(run.trials["planner"]))
+    assert section is not None
+    assert [sweep.title for sweep in section.sweeps] == ["base: radius", "base: speed"]
+    for sweep in section.sweeps:
+        seen: dict[str, tuple[int, str]] = {}
+        for figure in [*sweep.figures, *sweep.further]:
+            looks = {line.label: (line.style.number, line.dash) for line in figure.lines}
+            assert len(set(looks.values())) == len(looks)
+            seen = looks | seen
+            assert looks.items() <= seen.items()  # as in the legend
+        assert len(seen) == 2 * run.trials["planner"].nunique()
