@@ -11,9 +11,12 @@ from typing import Any
 import pytest
 
 from pytest_lpb.cli import EXIT_USAGE, main
+from pytest_lpb.isolation.settings import Isolation
+from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file
+from pytest_lpb.run.own_planners import own_isolation
 
-from .projects import SCENARIO, Project, read_run, text_of
+from .projects import Project, read_run, text_of
 
 OPTIONS = [["--retime", "2"], ["--reproduce"]]
 
@@ -68,6 +71,18 @@ def test_what_a_run_names_is_not_started(
     assert f"planner 'pd' would be started with {key}=" in text.replace("'" + key, key)
     assert "no planners/pd.yaml in the current folder says the same; call it where yours is, or add --trust-run" in text
     assert not touched.exists()
+
+
+@pytest.mark.parametrize(
+    ("isolation", "message"),
+    [({"ssh": "-Z cell"}, "option -Z not recognized"), ({"command": "'"}, "No closing quotation"), ({"python": 3}, "")],
+)
+def test_damaged_keys_are_told(
+    run: Path, isolation: dict[str, Any], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tamper(run, isolation)
+    assert main([str(run), "--retime", "2", "--planners=pd", "--trust-run"]) == EXIT_USAGE
+    assert f"run.json: planner 'pd': isolation: {message}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda options: options[0])
@@ -125,12 +140,14 @@ def test_modules_in_the_run_folder_are_not_imported(run: Path, monkeypatch: pyte
     assert not (run.parent / "touched").exists()
 
 
-def test_calls_of_ones_own_interpreter_are_timed_again(project: Project) -> None:
-    project.write("mine.py", "from pytest_lpb.planner.pd import PD as Mine\n")
-    project.write("planners/far.yaml", f"planner: mine:Mine\npython: {sys.executable}\n")
-    project.scenario(content=SCENARIO)
-    project.run("scenarios", planners="far").assert_outcomes(passed=1)
-    assert main(["reports/latest", "--retime", "2"]) == 0
+def test_ones_own_interpreter_has_the_limits_of_the_run(run: Path) -> None:
+    """And is started as it is written here, not there."""
+    Path("planners").mkdir()
+    Path("planners/far.yaml").write_text("planner: pd\npython: ../venv/../venv/bin/python\ndeadline_s: 3.0\n")
+    recorded = Isolation(python=str(run.parent / "here/venv/bin/python"), isolate=True, memory_mb=900)
+    isolation = own_isolation(RunFolder.open(run), "far", "pd", recorded, trusted=False)
+    own = str(run.parent / "here/planners/../venv/../venv/bin/python")
+    assert isolation == Isolation(python=own, isolate=True, memory_mb=900)
 
 
 @pytest.mark.parametrize(
