@@ -6,16 +6,15 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
 from pytest_lpb import __version__
+from pytest_lpb.commands import Parser, by_commas, ended
 from pytest_lpb.errors import LpbError
 from pytest_lpb.names import listed, suggestion
 
 PLOT_FORMATS = ("png", "pdf", "svg")
 EXPORT_FORMATS = ("latex", "markdown")
 EXIT_WARNINGS = 1
-EXIT_USAGE = 4
 DEFAULT_PASSES, MOST_PASSES = 5, 1000  # of --retime
 INCONCLUSIVE = ("pass", "fail")
 
@@ -27,38 +26,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0; 1: the gate is closed, a KPI raised or a trial file is unreadable; 4: wrong arguments.
     """
     options = _parser().parse_args(arguments)
-    try:
-        _check(options)
-        # Imported here: `--help` and wrong arguments need no pandas.
-        from pytest_lpb.report.command import report_again
+    return ended("lpb-report", lambda: _report(options), "; see --output")
 
-        warnings, closed = report_again(options)
-    except LpbError as error:
-        print(f"lpb-report: error: {error}", file=sys.stderr)
-        return EXIT_USAGE
-    except BrokenPipeError:
-        # The reader, such as `head`, has seen enough.
-        sys.stderr.close()
-        return 0
-    except OSError as error:
-        print(f"lpb-report: error: cannot write {error.filename}: {error.strerror}; see --output", file=sys.stderr)
-        return EXIT_USAGE
+
+def _report(options: argparse.Namespace) -> int:
+    _check(options)
+    # Imported here: `--help` and wrong arguments need no pandas.
+    from pytest_lpb.report.command import report_again
+
+    warnings, closed = report_again(options)
     for warning in warnings:
         print(f"lpb-report: warning: {warning}", file=sys.stderr)
     return EXIT_WARNINGS if warnings or closed else 0
 
 
-class _Parser(argparse.ArgumentParser):
-    """Ends with the exit code that pytest has for wrong arguments."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print usage and message."""
-        self.print_usage(sys.stderr)
-        self.exit(EXIT_USAGE, f"{self.prog}: error: {message}\n")
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="lpb-report", description=__doc__, allow_abbrev=False)
+    parser = Parser(prog="lpb-report", description=__doc__, allow_abbrev=False)
     parser.add_argument(
         "runs",
         type=Path,
@@ -66,16 +49,16 @@ def _parser() -> argparse.ArgumentParser:
         metavar="RUN",
         help="run folder, such as reports/latest, or `latest`; several count as one",
     )
-    parser.add_argument("--kpis", type=_names, metavar="A,B", help="KPIs to evaluate (default: the run's own)")
-    parser.add_argument("--planners", type=_names, metavar="A,B", help="planners to look at")
-    parser.add_argument("--scenarios", type=_names, metavar="A,B", help="scenarios to look at, by their keys")
+    parser.add_argument("--kpis", type=by_commas, metavar="A,B", help="KPIs to evaluate (default: the run's own)")
+    parser.add_argument("--planners", type=by_commas, metavar="A,B", help="planners to look at")
+    parser.add_argument("--scenarios", type=by_commas, metavar="A,B", help="scenarios to look at, by their keys")
     parser.add_argument("--trial", metavar="NODEID", help="print one trial with all its KPIs")
     parser.add_argument("--video", type=Path, metavar="FILE", help="draw that trial into FILE.mp4 or FILE.gif instead")
     parser.add_argument("--fps", type=float, metavar="N", help="frames per second of the video (default: 30)")
-    parser.add_argument("--compare", type=_names, metavar="A,B", help="compare these two planners")
-    parser.add_argument("--plot", type=_names, metavar="A,B", nargs="?", const=[], help="write plots (default: all)")
-    parser.add_argument("--plot-format", type=_names, metavar="png,pdf", help="files of --plot (default: both)")
-    parser.add_argument("--export", type=_names, metavar="latex,markdown", help="write tables for papers and pages")
+    parser.add_argument("--compare", type=by_commas, metavar="A,B", help="compare these two planners")
+    parser.add_argument("--plot", type=by_commas, metavar="A,B", nargs="?", const=[], help="write plots (default: all)")
+    parser.add_argument("--plot-format", type=by_commas, metavar="png,pdf", help="files of --plot (default: both)")
+    parser.add_argument("--export", type=by_commas, metavar="latex,markdown", help="write tables for papers and pages")
     parser.add_argument(
         "--retime", type=int, metavar="N", nargs="?", const=DEFAULT_PASSES, help="time all calls again, in N passes"
     )
@@ -85,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--output", type=Path, metavar="DIR", help="where to write (default: the run folder)")
     parser.add_argument("--save-baseline", type=Path, metavar="FILE", help="write a baseline file for the gate")
     parser.add_argument("--baseline", metavar="RUN_OR_FILE", help="regression gate: this run, file or planner:NAME")
-    parser.add_argument("--fail-on", type=_names, metavar="KPI:MARGIN,..", help="losses that close the gate")
+    parser.add_argument("--fail-on", type=by_commas, metavar="KPI:MARGIN,..", help="losses that close the gate")
     parser.add_argument("--inconclusive", choices=INCONCLUSIVE, default="pass", help="when the gate cannot tell")
     parser.add_argument(
         "--markdown", type=Path, nargs="?", const=Path("-"), metavar="FILE", help="summary for a pull request"
@@ -96,10 +79,6 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE", help="module or file with KPIs")
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
     return parser
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -7,15 +7,13 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
 
 from pytest_lpb import __version__
 from pytest_lpb.aligned import aligned
+from pytest_lpb.commands import Parser, by_commas, ended
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
 from pytest_lpb.shipped import shipped_folder
-
-EXIT_USAGE = 4
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,41 +22,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     if options.copy is not None and options.command is not None:
         parser.error("--copy DIR copies all scenarios; `lpb-scenarios copy DIR NAME ...` copies some")
-    try:
-        if options.copy is not None:
-            _copy(argparse.Namespace(folder=options.copy, names=[]))
-        else:
-            (options.command or _list)(options)
-    except LpbError as error:
-        print(f"lpb-scenarios: error: {error}", file=sys.stderr)
-        return EXIT_USAGE
-    except BrokenPipeError:
-        # The reader, such as `head`, has seen enough.
-        sys.stderr.close()
-        return 0
-    except OSError as error:
-        print(f"lpb-scenarios: error: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
-        return EXIT_USAGE
+    return ended("lpb-scenarios", lambda: _done(options))
+
+
+def _done(options: argparse.Namespace) -> int:
+    if options.copy is not None:
+        _copy(argparse.Namespace(folder=options.copy, names=[]))
+    else:
+        (options.command or _list)(options)
     return 0
 
 
-class _Parser(argparse.ArgumentParser):
-    """Ends with the exit code that pytest has for wrong arguments."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print usage and message."""
-        self.print_usage(sys.stderr)
-        self.exit(EXIT_USAGE, f"{self.prog}: error: {message}\n")
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="lpb-scenarios", description=__doc__, allow_abbrev=False)
+    parser = Parser(prog="lpb-scenarios", description=__doc__, allow_abbrev=False)
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
     parser.add_argument("--copy", type=Path, metavar="DIR", help="copy all scenarios, as `copy DIR` does")
     parser.set_defaults(command=None, tags=[], robot=None)
     commands = parser.add_subparsers(metavar="COMMAND", title="commands (default: list)")
     listing = commands.add_parser("list", help="list the scenarios that come with pytest-lpb")
-    listing.add_argument("--tags", type=_names, default=[], metavar="A,B", help="those that have all of these tags")
+    listing.add_argument("--tags", type=by_commas, default=[], metavar="A,B", help="those that have all of these tags")
     listing.add_argument("--robot", metavar="NAME", help="those of this robot")
     listing.set_defaults(command=_list)
     copying = commands.add_parser("copy", help="copy scenarios, with the meshes and paths they need")
@@ -70,10 +52,6 @@ def _parser() -> argparse.ArgumentParser:
     importing.add_argument("--output", type=Path, metavar="FILE", help="scenario file to write (default: print it)")
     importing.set_defaults(command=_import)
     return parser
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def _list(options: argparse.Namespace) -> None:

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from pytest_lpb.commands import EXIT_USAGE
 from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.scenario.copying import copy_scenarios
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.scenario.shelf import scenarios_in
-from pytest_lpb.scenarios_cli import EXIT_USAGE, main
+from pytest_lpb.scenarios_cli import main
 from pytest_lpb.shipped import shipped_folder
 from tests.scenario.test_importing import ARM, PANDA
 

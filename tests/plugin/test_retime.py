@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from pytest_lpb.cli import EXIT_USAGE, EXIT_WARNINGS, main
+from pytest_lpb.cli import EXIT_WARNINGS, main
+from pytest_lpb.commands import EXIT_USAGE
 from pytest_lpb.retime.result import read_retimed
 
 from .projects import DRAWN, SCENARIO, UNSOLVED, Project, read_run

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from pytest_lpb.cli import EXIT_USAGE, main
+from pytest_lpb.cli import main
+from pytest_lpb.commands import EXIT_USAGE
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file

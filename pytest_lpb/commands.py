@@ -1,0 +1,47 @@
+"""What the package's commands share: how arguments are read, and how a command ends that cannot do what was asked."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from typing import NoReturn
+
+from pytest_lpb.errors import LpbError
+
+EXIT_USAGE = 4  # as pytest's
+
+
+class Parser(argparse.ArgumentParser):
+    """Ends with the exit code that pytest has for wrong arguments."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message."""
+        self.print_usage(sys.stderr)
+        self.exit(EXIT_USAGE, f"{self.prog}: error: {message}\n")
+
+
+def by_commas(text: str) -> list[str]:
+    """Names between commas."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def ended(command: str, work: Callable[[], int], hint: str = "") -> int:
+    """Exit code of a command's work; faults are told on stderr.
+
+    Args:
+        command: its name, with which messages begin.
+        work: what it does; gives its exit code.
+        hint: what to do about a file that cannot be written.
+    """
+    try:
+        return work()
+    except LpbError as error:
+        print(f"{command}: error: {error}", file=sys.stderr)
+    except BrokenPipeError:
+        # The reader, such as `head`, has seen enough.
+        sys.stderr.close()
+        return 0
+    except OSError as error:
+        print(f"{command}: error: cannot write {error.filename}: {error.strerror}{hint}", file=sys.stderr)
+    return EXIT_USAGE
