@@ -5,6 +5,9 @@ Everything else is imported once planners are chosen, by `--lpb-planners` or ini
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from typing import Any
+
 import pytest
 
 from pytest_lpb.plugin.options import add_options, is_active
@@ -13,6 +16,21 @@ from pytest_lpb.plugin.options import add_options, is_active
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the `--lpb-*` options and their ini twins."""
     add_options(parser)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_load_initial_conftests(early_config: pytest.Config) -> Generator[None, Any, Any]:
+    """Before pytest imports anything: files of run folders bring no code along."""
+    given, folder = early_config.known_args_namespace, early_config.invocation_params.dir
+    paths = [folder / argument.partition("::")[0] for argument in given.file_or_dir or ()]
+    paths = [path for path in paths if path.suffix in (".yaml", ".yml", ".json") or (path / "run.json").is_file()]
+    if given.lpb_problems:
+        paths.append(folder / given.lpb_problems)
+    if paths:
+        from pytest_lpb.plugin.strange_code import refuse_strange_code
+
+        refuse_strange_code(paths)
+    return (yield)
 
 
 @pytest.hookimpl(trylast=True)

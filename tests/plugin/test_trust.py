@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,12 @@ import pytest
 from pytest_lpb.cli import main
 from pytest_lpb.commands import EXIT_USAGE
 from pytest_lpb.isolation.settings import Isolation
+from pytest_lpb.plugin.strange_code import refuse_strange_code
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.inputs import planner_file
 from pytest_lpb.run.own_planners import own_isolation
 
-from .projects import Project, read_run, text_of
+from .projects import FAST, LEAN, SCENARIO, Project, read_run, text_of
 
 OPTIONS = [["--retime", "2"], ["--reproduce"]]
 
@@ -149,6 +151,44 @@ def test_ones_own_interpreter_has_the_limits_of_the_run(run: Path) -> None:
     isolation = own_isolation(RunFolder.open(run), "far", "pd", recorded, trusted=False)
     own = str(run.parent / "here/planners/../venv/../venv/bin/python")
     assert isolation == Isolation(python=own, isolate=True, memory_mb=900)
+
+
+@pytest.mark.parametrize("name", ["conftest.py", "__init__.py", "pytest.ini"])
+@pytest.mark.parametrize("folder", ["", "trials/a"])
+def test_code_and_settings_on_the_way_to_a_file_are_refused(run: Path, name: str, folder: str) -> None:
+    (run / "trials/a").mkdir()
+    (run / folder / name).write_text("")
+    with pytest.raises(pytest.UsageError, match=f"/{name}, which pytest would use; no run writes it: remove it"):
+        refuse_strange_code([run / "trials/a/seed0.yaml"])
+    refuse_strange_code([run.parent / "x.yaml", *([run / "run.json"] if folder else [])])
+
+
+@pytest.mark.parametrize(
+    ("name", "asked"),
+    [
+        ("conftest.py", "--lpb-problems=../run"),
+        ("pytest.ini", "../run/trials/seed0.yaml"),
+        ("conftest.py", "../run"),
+    ],
+)
+def test_pytest_uses_no_code_of_a_run_folder(run: Path, name: str, asked: str) -> None:
+    """Nor settings, which could choose planners there."""
+    touched = run.parent / "touched"
+    (run / "planner.yaml").write_text(f"command: {touching(touched)}\n")
+    (run / "trials/seed0.yaml").write_text(SCENARIO)
+    text = f"[pytest]\naddopts = --lpb-planners={run}/planner.yaml\n"
+    (run / name).write_text(text if name == "pytest.ini" else f"open({str(touched)!r}, 'w')\n")
+    command = [sys.executable, "-m", "pytest", *LEAN, "-n", "0", FAST, asked]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert not touched.exists()
+    assert result.returncode == EXIT_USAGE, result.stdout + result.stderr
+    assert f"/{name}, which pytest would use; no run writes it: remove it" in result.stderr
+
+
+def test_other_files_of_that_name_are_none_of_ours(project: Project) -> None:
+    project.write("run.json", '{"scripts": {}}')
+    project.write("conftest.py", "")
+    project.run(project.scenario()).assert_outcomes(passed=1)
 
 
 @pytest.mark.parametrize(
