@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import EMPTY, finite, kpi_title, percent, show, show_exact, show_p
+from pytest_lpb.report.numbers import EMPTY, finite, kpi_title, percent, show, show_exact, show_p, whole_percent
 from pytest_lpb.report.overview import headline_kpis
 from pytest_lpb.run.summary import ALL
 
@@ -80,7 +80,7 @@ def _summary_row(row: Mapping[Any, Any], kpis: Sequence[ReportedKpi]) -> list[st
     rate, low, high = (finite(row[f"success_{part}"]) for part in ("rate", "low", "high"))
     success = EMPTY
     if rate is not None and low is not None and high is not None:
-        success = f"{100 * rate:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+        success = f"{whole_percent(rate)} ({100 * low:.0f} to {100 * high:.0f})"
     figures = [_with_bounds(*(row.get(f"{kpi.name}_{part}") for part in ("median", "q1", "q3"))) for kpi in kpis]
     return [str(row["scenario"]), str(row["planner"]), str(row["trials"]), str(row["problems"]), success, *figures]
 

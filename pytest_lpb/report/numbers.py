@@ -54,15 +54,18 @@ def show_p(value: Any) -> str:
 
 
 def percent(rate: Any) -> str:
-    """A rate as a percentage; 100 % only when it is all of them, 0 % only when it is none."""
+    """A rate as a percentage, such as `93 %`."""
+    return EMPTY if finite(rate) is None else f"{whole_percent(rate)}{THIN_SPACE}%"
+
+
+def whole_percent(rate: Any) -> str:
+    """A rate in whole percent, without the sign: 100 only when it is all of them, 0 only when it is none."""
     number = finite(rate)
     if number is None:
         return EMPTY
     if 0.995 <= number < 1:
-        return f"> 99{THIN_SPACE}%"
-    if 0 < number < 0.005:
-        return f"< 1{THIN_SPACE}%"
-    return f"{100 * number:.0f}{THIN_SPACE}%"
+        return "> 99"
+    return "< 1" if 0 < number <= 0.005 else f"{100 * number:.0f}"
 
 
 def interval(low: Any, high: Any) -> str:

@@ -9,6 +9,7 @@ import pandas as pd
 
 from pytest_lpb.aligned import aligned
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.numbers import whole_percent
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.missing import missing_notes
 
@@ -63,7 +64,7 @@ def _cells(row: pd.Series[Any]) -> tuple[str, ...]:
         str(row["planner"]),
         str(row["trials"]),
         str(row["problems"]),
-        f"{100 * _number(row['success_rate']):.0f} %",
+        f"{whole_percent(row['success_rate'])} %",
         f"{100 * low:.0f} to {100 * high:.0f} %",
         *(_figure(row.get(column)) for column in COLUMNS),
     )

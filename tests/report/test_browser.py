@@ -2,11 +2,16 @@
 
 import io
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import matplotlib.image
 import numpy as np
 import pytest
+
+from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.report import write_report
 
 from .chromium import Chromium
 from .views import open_view, wait_for
@@ -186,6 +191,15 @@ def test_intervals_in_the_heat_map_are_not_broken(browser: Chromium, report_addr
         found = browser.run(f"[...document.querySelectorAll('#heat .whole')].map(part => {lines})")
         assert found
         assert all(text.endswith("%") and number == 1 for text, number in found), (width, found)
+
+
+def test_views_that_a_report_lacks_lead_to_the_overview(browser: Chromium, run: ReportData, tmp_path: Path) -> None:
+    nothing = {name: getattr(run, name).iloc[:0] for name in ("trials", "summary", "comparisons", "aggregates")}
+    address = write_report(tmp_path / "report.html", replace(run, **nothing)).as_uri()
+    for route in ("", "#/trials", "#/trial/x", "#/kpis", "#/scenario/x", "#/comparisons", "#/constructor", "#/no/such"):
+        open_view(browser, address, route)
+        assert browser.errors == [], route
+        assert browser.run("document.querySelector('.view.shown').dataset.view") == "overview", route
 
 
 def _pixels(png: bytes) -> Any:

@@ -15,9 +15,11 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.export import latex, latex_text, markdown, markdown_text, write_tables
 from pytest_lpb.report.exported import Table, tables
 from pytest_lpb.report.heat import heat_map
+from pytest_lpb.report.numbers import whole_percent
 from pytest_lpb.report.packing import unpacked
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.report import page, render
+from pytest_lpb.report.text import planner_rows
 from pytest_lpb.report.winners import winners, winners_summary
 from pytest_lpb.run.tables import comparisons_table, summary_table
 
@@ -108,6 +110,17 @@ def test_tables_say_what_the_csv_files_say(run: ReportData) -> None:
     assert all(len(row) == len(table.heads) for table in (summary, comparisons) for row in table.rows)
     (only,) = (table.heads for table in tables(run, ["ldj"]) if table.name == "summary")
     assert only[5:] == ["ldj"]
+
+
+@pytest.mark.parametrize(
+    ("rate", "text"), [(1.0, "100"), (0.998, "> 99"), (0.994, "99"), (0.004, "< 1"), (0.0, "0"), (0.005, "< 1")]
+)
+def test_all_and_none_are_told_only_where_they_are(run: ReportData, rate: float, text: str) -> None:
+    assert whole_percent(rate) == text
+    data = replace(run, summary=run.summary.assign(success_rate=rate, success_low=0.0, success_high=1.0))
+    assert planner_rows(data)[1][3] == f"{text} %"
+    summary, *_ = tables(data)
+    assert summary.rows[0][4] == f"{text} (0 to 100)"
 
 
 def test_latex_prints_any_text() -> None:

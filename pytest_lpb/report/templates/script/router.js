@@ -6,7 +6,8 @@ let current = null, linked = false;
 
 async function route() {
   const { view, rest, params } = address.read();
-  const name = views[view] || document.querySelector(`.view[data-view="${CSS.escape(view)}"]`) ? view : "overview";
+  // A view that this report has: one of an empty run has no trials.
+  const name = document.querySelector(`.view[data-view="${CSS.escape(SEEN_IN[view] || view)}"]`) ? view : "overview";
   const seen = SEEN_IN[name] || name;
   if (current !== null) places.set(current, scrollY);
   if (trialPlayer && name !== "trial") { trialPlayer.close(); trialPlayer = null; }
