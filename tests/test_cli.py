@@ -279,6 +279,14 @@ def test_wrong_arguments(run: Path, arguments: list[str], message: str, capsys: 
     assert raw_data(run) == raw
 
 
+def test_a_misspelt_plot_is_told_before_anything_is_written(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(run), "--plot=clearence", "--planners=pd"]) == 4
+    captured = capsys.readouterr()
+    assert "unknown plot 'clearence'; did you mean 'clearance'" in captured.err
+    assert captured.out == ""
+    assert not (run / "selected").exists()
+
+
 def test_a_folder_of_runs_names_them(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(run.parent)]) == 4
     assert f"run folders in {run.parent}: {run.name}" in capsys.readouterr().err

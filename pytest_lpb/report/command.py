@@ -76,6 +76,11 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
 def _evaluation(runs: Sequence[RunFolder], options: argparse.Namespace) -> tuple[list[str], Evaluation]:
     """Warnings, and the trials of the runs with the KPIs asked for: by default all that any of the runs had."""
     warnings = [warning for run in runs for warning in _load_kpis(run, options.plugin)]
+    if options.plot:
+        # Before anything is evaluated or written: a misspelt name is told at once.
+        from pytest_lpb.report.plots import load_builtin as load_plots
+
+        load_plots().select(options.plot)
     own = [run.info().get("kpis") for run in runs]
     kpis = options.kpis
     if kpis is None and all(own):
