@@ -59,9 +59,8 @@ def _list(options: argparse.Namespace) -> None:
 
     entries = tagged(scenarios_in(shipped_folder("scenarios")), options.tags, options.robot)
     print("\n".join(aligned(table(entries), left=len(HEADS))))
-    print(
-        f"{len(entries)} scenario{'s' if len(entries) > 1 else ''}; difficulty: planners of pytest-lpb that are known to fail, if only on some seeds"
-    )
+    found = _count(len(entries))
+    print(f"{found}; difficulty: planners of pytest-lpb that are known to fail, if only on some seeds")
 
 
 def _copy(options: argparse.Namespace) -> None:
@@ -71,8 +70,12 @@ def _copy(options: argparse.Namespace) -> None:
     folder = shipped_folder("scenarios")
     studies = [] if options.names else studies_in(folder)
     copies = copy_scenarios(named(scenarios_in(folder), options.names), folder, options.folder, studies)
-    print(f"{len(copies)} scenario{'s' if len(copies) > 1 else ''} copied to {options.folder}; run one, for example:")
+    print(f"{_count(len(copies))} copied to {options.folder}; run one, for example:")
     print(f"    {shlex.join(['pytest', '--lpb-planners=pd', str(copies[0])])}")
+
+
+def _count(scenarios: int) -> str:
+    return f"{scenarios} scenario{'' if scenarios == 1 else 's'}"
 
 
 def _import(options: argparse.Namespace) -> None:
