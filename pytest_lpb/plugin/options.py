@@ -95,3 +95,8 @@ def is_active(config: pytest.Config) -> bool:
     """Whether there are planners to run: chosen, of a study, or of a run to finish."""
     asked = chosen_planners(config) or config.getoption("--lpb-resume") or config.getoption("--lpb-problems")
     return bool(asked) or named_study(config) is not None
+
+
+def is_worker(config: pytest.Config) -> bool:
+    """Whether this process is one of xdist's workers."""
+    return hasattr(config, "workerinput")

@@ -215,7 +215,7 @@ def test_a_missing_file_is_what_pytest_says(project: Project) -> None:
 
 def test_a_run_folder_that_cannot_be_made_is_a_usage_error(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     project.scenario()
-    monkeypatch.setattr("pytest_lpb.plugin.activation.check_writable", lambda reports: None)
+    monkeypatch.setattr("pytest_lpb.plugin.places.check_writable", lambda reports: None)
     project.write("reports", "a file\n")
     result = project.run("scenarios")
     assert result.ret == 4

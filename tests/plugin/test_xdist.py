@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pytest_lpb.plugin.activation import _workers
+from pytest_lpb.plugin.resolving import _workers
 
 from .projects import DRAWN, UNSOLVED, Project, read_run, text_of
 
