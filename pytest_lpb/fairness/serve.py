@@ -13,9 +13,9 @@ from pytest_lpb.errors import LpbError
 from pytest_lpb.fairness.canary import reactions
 from pytest_lpb.fairness.job import RUN, Job, answer_line
 from pytest_lpb.planner.configuration import PlannerConfiguration
-from pytest_lpb.retime.planners import recorded_planners
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.plan import TrialKey
+from pytest_lpb.run.recorded_planners import recorded_planners
 from pytest_lpb.run.reproduce import HASHES
 from pytest_lpb.trial.files import read_trial, trial_path
 from pytest_lpb.trial.holder import PlannerHolder

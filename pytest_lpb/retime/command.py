@@ -14,9 +14,9 @@ import pandas as pd
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
 from pytest_lpb.retime.job import Job
-from pytest_lpb.retime.planners import recorded_planners
 from pytest_lpb.retime.result import Retimed, read_retimed
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.recorded_planners import recorded_planners
 
 PLUGIN = "pytest_lpb.plugin.retiming"
 CALLS = "calls.py"  # the file with the test

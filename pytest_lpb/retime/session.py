@@ -7,9 +7,9 @@ from contextlib import ExitStack
 from threadpoolctl import threadpool_limits
 
 from pytest_lpb.retime.job import Job, Key
-from pytest_lpb.retime.planners import recorded_planners
 from pytest_lpb.retime.timed import Timed
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.recorded_planners import recorded_planners
 
 
 class RetimingSession:
