@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pytest_lpb.documents.reader import Document, read_yaml
+from pytest_lpb.bounded import read_bounded
+from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.documents.recognition import SUFFIXES
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.isolation.settings import KEYS, faults_of, isolation_of
@@ -125,9 +126,10 @@ def read_planner(path: Path, name: str) -> PlannerConfiguration:
     if not is_name(name):
         raise ConfigurationError(f"planner name {name!r} is not allowed; use letters, digits, _ . - and no leading dot")
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ConfigurationError(f"planner {name!r}: cannot read {path}: {error.strerror}") from None
+        content = read_bounded(path, MAX_BYTES)
+    except LpbError as error:
+        reason = str(error).removeprefix(f"{path}: ").removeprefix("cannot be read: ")
+        raise ConfigurationError(f"planner {name!r}: cannot read {path}: {reason}") from None
     try:
         document = read_yaml(content, str(path), "a planner configuration is a mapping with the key `planner`")
     except LpbError as error:

@@ -9,7 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 
 from pytest_lpb.documents.atomic import replace_file
-from pytest_lpb.errors import LpbError
+from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
@@ -30,6 +30,7 @@ from pytest_lpb.run.reproduce import compare_runs, findings
 
 STANDARD_OUTPUT = Path("-")
 TABLES = "tables"  # folder of tables that were exported
+WITHIN = ("plots", TABLES)  # folders below those of results
 SELECTED = "selected"  # folder for the tables of some of a run's trials
 
 
@@ -51,11 +52,11 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
     if options.trial:
         shown = evaluation.selected(Selection(node_id=options.trial))
         print("\n".join(trial_lines(shown)))
-        folder = options.output or home / SELECTED
+        folder = options.output or _own(home / SELECTED, *WITHIN)
         return [*warnings, *shown.warnings, *_plot(report_data(shown), options, folder)], False
     judged = _judge(evaluation, options) if options.baseline is not None else _judge_again(evaluation, options)
     shown = _selected(evaluation, options)
-    folder = options.output or (home if shown is evaluation and options.kpis is None else home / SELECTED)
+    folder = options.output or _own(home if shown is evaluation and options.kpis is None else home / SELECTED, *WITHIN)
     if options.save_baseline is not None:
         save_baseline(shown, options.save_baseline, saved_kpis(shown, options.kpis))
     # With Markdown on the standard output, everything else goes where it is no part of it.
@@ -71,6 +72,14 @@ def report_again(options: argparse.Namespace) -> tuple[list[str], bool]:
         _write_markdown(options.markdown, markdown_summary(data))
     closed = options.baseline is not None and judged is not None and judged.closed
     return [*warnings, *data.warnings, *failures], closed
+
+
+def _own(folder: Path, *below: str) -> Path:
+    """A folder for results within a run folder. Raises RecordingError where a link would lead them elsewhere."""
+    for place in (folder, *(folder / name for name in below)):
+        if place.is_symlink():
+            raise RecordingError(f"{place} is a link, so results are not written there; remove it")
+    return folder
 
 
 def _evaluation(runs: Sequence[RunFolder], options: argparse.Namespace) -> tuple[list[str], Evaluation]:

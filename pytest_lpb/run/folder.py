@@ -15,6 +15,7 @@ from pytest_lpb.documents.atomic import recording_error, remove_unfinished, repl
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.inputs import write_planner_files
+from pytest_lpb.run.run_file import read_run_file
 
 RUN_FILE = "run.json"
 LATEST = "latest"
@@ -98,11 +99,7 @@ class RunFolder:
 
     def info(self) -> dict[str, Any]:
         """What run.json says. Raises RecordingError when it cannot be read."""
-        try:
-            info: dict[str, Any] = json.loads((self.path / RUN_FILE).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise RecordingError(f"cannot read {self.path / RUN_FILE}: {error}") from error
-        return info
+        return read_run_file(self.path / RUN_FILE)
 
     def trial_files(self) -> Iterator[Path]:
         """All trial files, in the order of their paths."""

@@ -11,15 +11,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.errors import LpbError, in_one_line
+from pytest_lpb.errors import LpbError, RecordingError, in_one_line
+from pytest_lpb.names import listed
 from pytest_lpb.planner.files import read_planner
-from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.folder import RUN_FILE, RunFolder
 from pytest_lpb.run.inputs import planner_file
 from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.provenance import PACKAGES, git_state, installed_version
 from pytest_lpb.trial.files import read_metadata
 
+NEEDED = ("command", "invocation", "planners", "scenarios", "packages")  # of run.json
 HASHES = ("problem_hash", "trajectory_hash", "outcome")
 
 
@@ -43,9 +45,18 @@ class Finding:
         return self.state in ("changed", "missing")
 
 
+def _info(run: RunFolder) -> dict[str, Any]:
+    """What run.json says. Raises RecordingError when it lacks what repeating takes."""
+    info = run.info()
+    missing = [key for key in NEEDED if info.get(key) is None]
+    if missing:
+        raise RecordingError(f"{run.path / RUN_FILE}: {listed(missing)} is missing: the run cannot be repeated")
+    return info
+
+
 def commands(run: RunFolder) -> list[tuple[str, str]]:
     """Commands that run it again, each with what it takes."""
-    info = run.info()
+    info = _info(run)
     shown = Path(os.path.relpath(run.path))
     planners = ",".join(str(planner_file(shown, name)) for name in info["planners"])
     return [
@@ -62,7 +73,7 @@ def findings(run: RunFolder, *, trusted: bool = False) -> Iterator[Finding]:
 
     Interpreters and hosts are asked for a planner's parameters and source if they are the user's own, or `trusted`.
     """
-    info = run.info()
+    info = _info(run)
     for name, scenario in info["scenarios"].items():
         yield _scenario(name, scenario)
     here = Path.cwd()

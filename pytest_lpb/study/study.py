@@ -7,18 +7,22 @@ import glob
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.faults import Key, capped, key_path
-from pytest_lpb.documents.reader import Document, read_yaml
+from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.errors import ConfigurationError, LpbError
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.files import parted, with_path
+from pytest_lpb.problem.allowed import project_of, refusal
 from pytest_lpb.scenario.load import shown_path
 from pytest_lpb.scenario.messages import faults_of
 from pytest_lpb.study.family import FileFamily
@@ -41,15 +45,26 @@ class Study:
         return f"{shown_path(self.path)}:{self.document.line_of(loc)}: {key_path(loc)}"
 
     def references(self) -> list[str]:
-        """References of its planners, paths absolute."""
-        return [with_path(reference, lambda path: str(self.path.parent / path)) for reference in self.content.planners]
+        """References of its planners, paths absolute. Raises ConfigurationError for one outside of its project."""
+        return [
+            with_path(reference, partial(self._named, ("planners", index)))
+            for index, reference in enumerate(self.content.planners)
+        ]
 
     def baseline(self) -> str | None:
-        """The gate's baseline, its path absolute."""
+        """The gate's baseline, its path absolute. Raises ConfigurationError for one outside of its project."""
         gate = self.content.gate
-        if gate is None:
-            return None
-        return gate.baseline if gate.baseline.startswith("planner:") else str(self.path.parent / gate.baseline)
+        if gate is None or gate.baseline.startswith("planner:"):
+            return None if gate is None else gate.baseline
+        return self._named(("gate", "baseline"), gate.baseline)
+
+    def _named(self, loc: Sequence[Key], path: str) -> str:
+        """A path that the study names, absolute; as those of a scenario, it lies in the file's own project."""
+        found = self.path.parent / path
+        refused = refusal(found, project_of(self.path))
+        if refused:
+            raise ConfigurationError(f"{self.place(loc)}: {found} {refused}")
+        return str(found)
 
     def planners(self, found: Sequence[PlannerConfiguration]) -> list[PlannerConfiguration]:
         """Planners with the variants of the sweeps in their place. Raises ConfigurationError.
@@ -105,6 +120,7 @@ class Study:
     def _scenario_files(self) -> list[Path]:
         found: dict[Path, None] = {}
         for index, pattern in enumerate(self.content.scenarios):
+            self._check_pattern(("scenarios", index), pattern)
             paths = sorted(glob.glob(str(self.path.parent / pattern), recursive=True))  # noqa: PTH207 - absolute ones too
             files = [Path(os.path.normpath(path)) for path in paths if path.endswith(SUFFIXES)]
             scenarios = [path for path in files if path.is_file() and not is_study(path)]
@@ -113,8 +129,18 @@ class Study:
                 raise ConfigurationError(
                     f"{place}: found {pattern!r}; no scenario file matches it below {self.path.parent}"
                 )
+            for scenario in scenarios:
+                self._named(("scenarios", index), str(scenario))
             found |= dict.fromkeys(scenarios)
         return list(found)
+
+    def _check_pattern(self, loc: Sequence[Key], pattern: str) -> None:
+        """Raise ConfigurationError for a glob that would walk through folders outside of the project."""
+        parts = Path(pattern).parts
+        fixed = list(takewhile(lambda part: not glob.has_magic(part), parts))
+        self._named(loc, str(Path(*fixed)))
+        if ".." in parts[len(fixed) :]:
+            raise ConfigurationError(f"{self.place(loc)}: found {pattern!r}; .. comes before wildcards only")
 
     def swept(self, families: Sequence[FileFamily]) -> dict[str, Any]:
         """What run.json says of sweeps: for each variant of planners and scenarios, what it is of, and its values."""
@@ -136,10 +162,7 @@ class Study:
 def read_study(path: Path) -> Study:
     """Read a study file. Raises ConfigurationError: one `file:line: key: ...` per fault."""
     name = shown_path(path)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise ConfigurationError(f"{name}: cannot be read: {error.strerror}") from None
+    content = read_bounded(path, MAX_BYTES, ConfigurationError, f"{name}:1")
     try:
         document = read_yaml(content, name, EXPECTED)
     except LpbError as error:

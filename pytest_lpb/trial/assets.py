@@ -17,6 +17,7 @@ from typing import Any
 
 from pytest_lpb.documents.atomic import recording_error
 from pytest_lpb.errors import RecordingError, ScenarioError
+from pytest_lpb.problem.allowed import project_of, refusal
 from pytest_lpb.problem.paths import with_paths
 
 PACKAGE_FILE = "package.xml"  # tells a ROS package, whatever its folder is called
@@ -45,16 +46,32 @@ def recorded_beside(problem: Mapping[str, Any], run: Path, folder: Path) -> dict
 
 
 def restored(problem: Mapping[str, Any], run: Path) -> dict[str, Any]:
-    """A recorded problem with absolute paths again. Raises RecordingError when a file is not there."""
+    """A recorded problem with absolute paths again.
+
+    Raises RecordingError when a file is not there, or lies outside of the run folder and of the project it is in.
+    """
 
     def absolute(path: str) -> str:
-        found = os.path.normpath(run.absolute() / path)
-        if not Path(found).is_file():
+        found = Path(os.path.normpath(run.absolute() / path))
+        home = project_of(run.absolute())
+        refused = refusal(found, home, [run.resolve()])
+        if refused:
+            raise RecordingError(f"the file {found} of its problem {refused}")
+        if not found.is_file():
             raise RecordingError(f"the file {found} of its problem is missing; a run folder keeps them in assets/")
-        return found
+        if found.suffix == ".urdf":
+            _check_meshes(found, home, run)
+        return str(found)
 
     result: dict[str, Any] = with_paths(dict(problem), absolute)
     return result
+
+
+def _check_meshes(urdf: Path, home: Path, run: Path) -> None:
+    from pytest_lpb.problem.spatial.robot_files import escaping_meshes
+
+    for text in escaping_meshes(urdf, home, [run.resolve()]):
+        raise RecordingError(text)
 
 
 def _copied(path: Path, run: Path) -> str:

@@ -25,6 +25,12 @@ from pytest_lpb.trial.units import unit_of
 
 METADATA_KEY = b"pytest_lpb"
 
+# What a trial can have: a million steps, bodies and obstacles as scenario files allow them.
+MAX_ROWS = 1_000_001
+MAX_COLUMNS = 20_000
+MAX_VALUES = 500_000_000
+MAX_BYTES = 8 * MAX_VALUES  # read, not as they are in the file
+
 
 def trial_path(folder: Path, scenario: str, planner: str, seed: int) -> Path:
     """Path of a trial's Parquet file in a run folder."""
@@ -71,12 +77,14 @@ def read_trial(path: Path) -> Trajectory:
     """Read a trial's raw data. Raises RecordingError for a file that is not one."""
     try:
         # Not `read_table`: looking for a data set of many files costs more than reading one.
+        _check_regular(path)
         with pyarrow.parquet.ParquetFile(path) as file:
+            _check_size(file.metadata, path)
             table = file.read(use_threads=False)
     except (OSError, pyarrow.ArrowException) as error:
         raise RecordingError(f"cannot read {path}: {error}") from error
     metadata = trial_metadata(table.schema.metadata, path)
-    columns = {name: _array(table.column(name)) for name in table.column_names}
+    columns = {name: _array(name, table.column(name), path) for name in table.column_names}
     try:
         entry = restored(metadata.pop("problem"), _run_folder(path, metadata))
         problem = Problem.from_dict(entry, metadata["scenario"])
@@ -98,6 +106,7 @@ def _run_folder(path: Path, metadata: Mapping[str, Any]) -> Path:
 def read_metadata(path: Path) -> dict[str, Any]:
     """What a trial file says of itself, without its raw data. Raises RecordingError for a file that is not one."""
     try:
+        _check_regular(path)
         metadata = pyarrow.parquet.read_schema(path).metadata
     except (OSError, pyarrow.ArrowException) as error:
         raise RecordingError(f"cannot read {path}: {error}") from error
@@ -110,11 +119,33 @@ def trial_metadata(metadata: Mapping[bytes, bytes] | None, path: Path) -> dict[s
         raise RecordingError(f"{path} is no trial file of pytest-lpb: it has no metadata of ours")
     try:
         content: dict[str, Any] = json.loads(metadata[METADATA_KEY])
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"cannot read {path}: its metadata are damaged: {error}") from error
+    if not isinstance(content, dict):
+        raise RecordingError(f"cannot read {path}: its metadata are damaged: no mapping")
     return content
 
 
-def _array(column: Any) -> np.ndarray[Any, Any]:
+def _check_regular(path: Path) -> None:
+    """Raise RecordingError for a pipe, which would be waited for, a device or a folder."""
+    if path.exists() and not path.is_file():
+        raise RecordingError(f"cannot read {path}: it is no regular file")
+
+
+def _check_size(told: Any, path: Path) -> None:
+    """Raise RecordingError for more than a trial can have: few bytes may stand for very many rows."""
+    for found, most, what in (
+        (told.num_rows, MAX_ROWS, "rows"),
+        (told.num_columns, MAX_COLUMNS, "columns"),
+        (told.num_rows * told.num_columns, MAX_VALUES, "values"),
+        (sum(told.row_group(index).total_byte_size for index in range(told.num_row_groups)), MAX_BYTES, "bytes"),
+    ):
+        if found > most:
+            raise RecordingError(f"cannot read {path}: it has {found} {what}; a trial has at most {most}")
+
+
+def _array(name: str, column: Any, path: Path) -> np.ndarray[Any, Any]:
+    if not (pyarrow.types.is_floating(column.type) or pyarrow.types.is_string(column.type)):
+        raise RecordingError(f"cannot read {path}: its column {name!r} holds {column.type}; numbers or text are needed")
     values = column.to_numpy()
     return values if values.dtype == object else np.ascontiguousarray(values, dtype=np.float64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_lpb.errors import ScenarioError
@@ -12,7 +12,7 @@ from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.urdf_reader import load_urdf
 
 
-def escaping_meshes(urdf: Path, home: Path) -> Iterator[str]:
+def escaping_meshes(urdf: Path, home: Path, more: Sequence[Path] = ()) -> Iterator[str]:
     """What is wrong with each mesh that may not be named, `urdf:line: ..`; meshes are not read.
 
     Besides those of the project, meshes of installed packages that have robots are allowed.
@@ -20,11 +20,12 @@ def escaping_meshes(urdf: Path, home: Path) -> Iterator[str]:
     Args:
         urdf: the file.
         home: the project whose files it may name.
+        more: further folders that are allowed.
 
     Raises ScenarioError for a file that is no URDF.
     """
     for line, mesh in _meshes(urdf):
-        refused = refusal(mesh, home, installed_folders())
+        refused = refusal(mesh, home, [*more, *installed_folders()])
         if refused:
             yield f"{urdf}:{line}: the mesh {mesh} {refused}"
 
