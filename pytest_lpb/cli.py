@@ -23,7 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run `lpb-report`.
 
     Returns:
-        0; 1: the gate is closed, a KPI raised or a trial file is unreadable; 4: wrong arguments.
+        0; 1: the gate is closed, a KPI raised or a trial file is unreadable; 2: interrupted; 4: wrong arguments, or
+        the results cannot be written.
     """
     options = _parser().parse_args(arguments)
     return ended("lpb-report", lambda: _report(options), "; see --output")

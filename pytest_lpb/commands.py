@@ -7,8 +7,9 @@ import sys
 from collections.abc import Callable
 from typing import NoReturn
 
-from pytest_lpb.errors import LpbError
+from pytest_lpb.errors import LpbError, StorageError
 
+EXIT_INTERRUPTED = 2  # as pytest's
 EXIT_USAGE = 4  # as pytest's
 
 
@@ -36,8 +37,14 @@ def ended(command: str, work: Callable[[], int], hint: str = "") -> int:
     """
     try:
         return work()
+    except StorageError as error:
+        print(f"{command}: error: {error}{hint}", file=sys.stderr)
     except LpbError as error:
         print(f"{command}: error: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        # Files appear whole or not at all: those that are not new are the old ones.
+        print(f"{command}: interrupted; nothing is half written", file=sys.stderr)
+        return EXIT_INTERRUPTED
     except BrokenPipeError:
         # The reader, such as `head`, has seen enough.
         sys.stderr.close()

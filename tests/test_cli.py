@@ -453,3 +453,30 @@ def test_runs_that_can_be_repeated(run: Path, tmp_path: Path, capsys: pytest.Cap
     assert main([str(copy), str(run), "--reproduce"]) == 1
     assert f"drawn :: pd :: seed0: only in {run.name}" in capsys.readouterr().out
     assert main([str(copy), str(run), str(run), "--reproduce"]) == 4
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (KeyboardInterrupt(), 2, "lpb-report: interrupted; nothing is half written\n"),
+        (OSError(28, "No space left on device"), 4, "No space left on device; free space there; see --output"),
+    ],
+)
+def test_what_stops_it_leaves_the_old_files(
+    run: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    error: BaseException,
+    code: int,
+    said: str,
+) -> None:
+    def stop(self: Path, target: Path) -> None:
+        raise error
+
+    before = results(run)
+    monkeypatch.setattr(Path, "replace", stop)
+    assert main([str(run)]) == code
+    assert said in capsys.readouterr().err
+    monkeypatch.undo()
+    assert results(run) == before
+    assert not list(run.rglob(".*"))

@@ -35,10 +35,13 @@ class RunLock:
         return self._descriptor is not None
 
     def take(self, folder: Path) -> None:
-        """Claim a run folder. Raises RecordingError when another process runs its trials."""
+        """Claim a run folder. Raises RecordingError when another process runs its trials, or it cannot be opened."""
         if fcntl is None:
             return
-        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            descriptor = os.open(folder, os.O_RDONLY)
+        except OSError as error:
+            raise RecordingError(f"cannot open {folder}: {error.strerror}") from error
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
