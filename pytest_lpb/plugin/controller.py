@@ -178,6 +178,12 @@ class ControllerPlugin:
 
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
+        # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start. Not
+        # interruptible: what is half imported cannot be imported again, and the summary needs it.
+        import pytest_lpb.plugin.rates
+        import pytest_lpb.plugin.summary
+        import pytest_lpb.report.build  # noqa: F401 - for `_build`
+
         self._faults = list(self._told)
         try:
             # Filters such as `-W error` are about the tests' code; they must not cost a run its tables.
@@ -200,7 +206,6 @@ class ControllerPlugin:
 
     def _build(self, folder: RunFolder) -> None:
         """Everything is judged before anything is written: a full disk costs no verdict."""
-        # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start.
         from pytest_lpb.plugin.rates import judge_rates
         from pytest_lpb.report.build import REPORT_FILE, report_data, write_tables
         from pytest_lpb.report.report import write_report

@@ -18,7 +18,8 @@ class TerminationPlugin:
     def __init__(self) -> None:
         self._session: pytest.Session | None = None
         self._replaced: dict[int, Any] = {}
-        self._ending = False  # the session ends anyway: nothing is left to interrupt
+        self._ending = False  # the session ends anyway
+        self._waiting = False  # a signal came that interrupts what can be interrupted next
 
     def pytest_sessionstart(self, session: pytest.Session) -> None:
         """Listen, unless somebody else does or this is no main thread."""
@@ -31,15 +32,17 @@ class TerminationPlugin:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_sessionfinish(self) -> Generator[None, object, object]:
-        """From here on the first signal changes nothing, but while tables and report are made: see `interruptible`."""
+        """From here on the first signal waits for what is `interruptible`, the second does what it does elsewhere."""
         self._ending = True
         return (yield)
 
     @contextlib.contextmanager
     def interruptible(self) -> Iterator[None]:
-        """Signals raise KeyboardInterrupt within, at the end of a session too."""
+        """Signals raise KeyboardInterrupt within, at the end of a session too; at once, if one is waiting."""
         before, self._ending = self._ending, False
         try:
+            if self._waiting:
+                raise KeyboardInterrupt
             yield
         finally:
             self._ending = before
@@ -51,6 +54,7 @@ class TerminationPlugin:
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - signal's signature
         if self._ending:
+            self._waiting = True
             self._restore(number)  # who insists ends the process
             return
         if self._session is not None:

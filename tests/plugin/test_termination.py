@@ -39,5 +39,7 @@ def test_at_the_end_of_a_session_only_its_tables_are_interrupted(listening: Term
     with listening.interruptible():
         assert interrupted()
     assert not interrupted()
-    # Who insists is heard.
+    # What it came too early for is interrupted when it begins; and who insists is heard.
+    with pytest.raises(KeyboardInterrupt), listening.interruptible():
+        raise AssertionError("it has begun")
     assert interrupted()
