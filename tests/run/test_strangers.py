@@ -12,7 +12,8 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 
-from pytest_lpb.cli import EXIT_USAGE, EXIT_WARNINGS, main
+from pytest_lpb.cli import EXIT_WARNINGS, main
+from pytest_lpb.commands import EXIT_USAGE
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.run.run_file import read_run_file
 from pytest_lpb.trial.files import METADATA_KEY, read_trial, trial_path, write_trial
