@@ -165,6 +165,9 @@ def test_comparison(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = capsys.readouterr().out
     assert "a = pd, b = potential_field" in output
     assert any(line.startswith("success ") for line in output.splitlines())
+    assert not [line for line in output.splitlines() if line.split()[1:2] == ["0"] and line.endswith("inconclusive")]
+    (without,) = (line for line in output.splitlines() if line.startswith("no problem has a value of both: "))
+    assert "final_goal_error_rad" in without
     rows = read_table(run / "selected/comparisons.csv")
     assert {(row["planner_a"], row["planner_b"]) for row in rows} == {("pd", "potential_field")}
 

@@ -87,7 +87,10 @@ def comparison_table(data: ReportData) -> Iterator[str]:
     heads = ("kpi", "pairs", "median a", "median b", "b - a", "95 % interval", "adjusted p", "b is")
     for (first, second), pair in rows.groupby(["planner_a", "planner_b"], sort=True):
         yield f"a = {first}, b = {second}"
-        yield from aligned([heads, *(_compared(row) for _, row in pair.iterrows())])
+        known = pair[pair["pairs"] > 0]
+        yield from aligned([heads, *(_compared(row) for _, row in known.iterrows())])
+        if len(known) < len(pair):
+            yield f"no problem has a value of both: {', '.join(pair.loc[pair['pairs'] == 0, 'kpi'])}"
 
 
 def _compared(row: pd.Series[Any]) -> tuple[str, ...]:
