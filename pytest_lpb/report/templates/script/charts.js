@@ -59,11 +59,11 @@ function chartFigure(chart, tracks, end, seek) {
   picture.addEventListener("pointerdown", (event) => { picture.setPointerCapture(event.pointerId); at(event); });
   picture.addEventListener("pointermove", (event) => { if (event.buttons) at(event); });
   // Lines of one trial differ in colour; of two trials in their dash, as colours are the planners'.
-  const several = lines.filter((line) => line.of > 1 && line.style === lines.find((other) => other.of > 1).style);
+  const keyed = lines.filter((line) => line.of > 1 && line.style === lines.find((other) => other.of > 1).style);
   const key = (line) => (tracks.length === 1 ? el("span", { class: "p" + line.number % 8 }, line.name)
     : el("span", {}, svg("svg", { class: "swatch", width: 30, height: 14, "aria-hidden": "true" },
       svg("path", { class: "path", d: "M0 7H30", "stroke-dasharray": DASHES[line.number % 5] || null })), line.name));
-  const legend = several.length ? el("span", { class: "legend" }, several.map(key)) : "";
+  const legend = keyed.length ? el("span", { class: "legend" }, keyed.map(key)) : "";
   const node = el("figure", {},
     el("figcaption", {}, chart.title, " ", now, chart.limit === null ? "" : el("small", {}, el("i", { class: "limit-key" }), " " + chart.limitLabel)), legend,
     el("div", { class: "timeline" },
