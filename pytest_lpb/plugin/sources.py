@@ -52,7 +52,7 @@ def run_folder_of(config: pytest.Config, option: str, value: str) -> RunFolder:
 def restore(config: pytest.Config, run: RunFolder) -> None:
     """Take options and arguments of a run that is to be finished. Raises ConfigurationError for others."""
     info = run.info()
-    if "planned" not in info:
+    if info.get("planned") is None:
         raise ConfigurationError(f"--lpb-resume: {run.path} does not say which trials it was to have; start a new run")
     recorded: dict[str, Any] = info["options"]
     for name, value in typed_options(config).items():

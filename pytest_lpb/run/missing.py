@@ -20,7 +20,7 @@ MAX_LINES = 10  # of scenarios and planners that are named
 def missing_trials(info: Mapping[str, Any], trials: pd.DataFrame) -> list[TrialKey]:
     """Planned trials without a row, in order; none for a run whose run.json has no plan."""
     there = set(zip(trials["scenario"], trials["planner"], trials["seed"], strict=True))
-    return sorted(trials_of(info.get("planned", {})) - there)
+    return sorted(trials_of(info.get("planned") or {}) - there)
 
 
 def missing_table(missing: Collection[TrialKey]) -> pd.DataFrame:
@@ -50,7 +50,7 @@ def missing_notes(missing: Collection[TrialKey], present: int, resume: str) -> I
 
 def resume_command(run: Path, info: Mapping[str, Any]) -> str:
     """The command that finishes a run, for the folder that it was started in."""
-    start = Path(info.get("invocation", ""))
+    start = Path(info.get("invocation") or "")
     shown = Path(os.path.relpath(run, start)) if start.is_absolute() and run.is_relative_to(start) else run
     return shlex.join(["pytest", f"--lpb-resume={shown}"])
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
+MAX_PLANNED = 10_000_000  # trials of a run
+RANGE = re.compile("[0-9]{1,19}(-[0-9]{1,19})?")
 DAMAGED = "delete it, and --lpb-resume runs its trial again"  # what to do with a trial file that cannot be read
 
 
@@ -28,10 +31,27 @@ def as_ranges(numbers: Iterable[int]) -> str:
 
 
 def from_ranges(text: str) -> Iterator[int]:
-    """The numbers that `as_ranges` wrote."""
+    """The numbers that `as_ranges` wrote. Raises ValueError for other texts."""
+    for numbers in _ranges(text):
+        yield from numbers
+
+
+def check_plan(plan: Mapping[str, Mapping[str, str]]) -> None:
+    """Check a plan that somebody may have written by hand. Raises ValueError for odd seeds and for too many trials."""
+    count = 0
+    for planners in plan.values():
+        for seeds in planners.values():
+            count += sum(numbers.stop - numbers.start for numbers in _ranges(seeds))
+            if count > MAX_PLANNED:
+                raise ValueError(f"plans more trials than {MAX_PLANNED}")
+
+
+def _ranges(text: str) -> Iterator[range]:
     for part in filter(None, text.split(",")):
+        if RANGE.fullmatch(part) is None:
+            raise ValueError(f"found the seeds {text[:40]!r}; allowed are such as '0-99,105'")
         first, _, last = part.partition("-")
-        yield from range(int(first), int(last or first) + 1)
+        yield range(int(first), int(last or first) + 1)
 
 
 def planned(trials: Collection[TrialKey]) -> dict[str, dict[str, str]]:

@@ -12,6 +12,7 @@ from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.faults import capped, described, key_path
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.names import is_name
+from pytest_lpb.run.plan import check_plan
 
 MAX_RUN_FILE_BYTES = 100_000_000  # planned trials of a million scenarios fit
 
@@ -84,6 +85,11 @@ class _Seeds(_Part):
     trials: Count | None = None
 
 
+def _plan(plan: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+    check_plan(plan)
+    return plan
+
+
 class _RunFile(_Part):
     """All that is read of it anywhere; runs of other versions may lack some."""
 
@@ -99,7 +105,7 @@ class _RunFile(_Part):
     invocation: str | None = None
     arguments: list[str] | None = None
     options: dict[str, Any] | None = None
-    planned: dict[Name, dict[Name, str]] | None = None
+    planned: Annotated[dict[Name, dict[Name, str]], AfterValidator(_plan)] | None = None
     planners: dict[Name, _Planner] = {}
     scenarios: dict[Name, _Scenario] = {}
     self_collision_left_out: dict[str, list[list[str]]] | None = None

@@ -14,7 +14,7 @@ from pytest_lpb.report.markdown import markdown_summary
 from pytest_lpb.run.evaluation import Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.merge import merge
-from pytest_lpb.run.missing import missing_notes, missing_table
+from pytest_lpb.run.missing import missing_notes, missing_table, missing_trials, resume_command
 from pytest_lpb.run.plan import TrialKey
 
 from ..plugin.projects import read_table
@@ -67,7 +67,10 @@ def test_what_another_run_has_is_not_missing(runs: list[RunFolder]) -> None:
 
 def test_a_run_without_a_plan_lacks_nothing(finished_run: Path) -> None:
     load_builtin()
-    assert not evaluate(RunFolder.open(finished_run), ["time_to_goal_s"]).missing
+    evaluation = evaluate(RunFolder.open(finished_run), ["time_to_goal_s"])
+    assert not evaluation.missing
+    assert not missing_trials({"planned": None}, evaluation.trials)
+    assert resume_command(finished_run, {"invocation": None}) == f"pytest --lpb-resume={finished_run}"
 
 
 def test_notes_have_an_end() -> None:

@@ -56,6 +56,8 @@ def write(run: Path, info: Any) -> None:
         ({"planners": {"pd": {"parameters": "x"}}}, "run.json: planners.pd.parameters: found the text 'x'"),
         ({"scenarios": {"../x": {}}}, "is no name"),
         ({"planned": {"x": {"..": "0"}}}, "is no name"),
+        ({"planned": {"x": {"pd": "0-9,x"}}}, r"run.json: planned.*found the seeds '0-9,x'; allowed are such as"),
+        ({"planned": {"x": {"pd": "0-9999999999"}}}, "run.json: planned.*plans more trials than 10000000"),
         ({"machine": {"cores": "many"}}, "run.json: machine.cores: found the text 'many'"),
         ({"machine": {"memory_gib": float("nan")}}, "run.json: machine.memory_gib: found nan"),
         ({"kpis": [1]}, r"run.json: kpis\[0\]: found 1"),
