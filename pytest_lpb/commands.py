@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from typing import NoReturn
+from contextlib import redirect_stderr, redirect_stdout
+from typing import NoReturn, TextIO, cast
 
 from pytest_lpb.errors import LpbError, StorageError
+from pytest_lpb.shown import VisibleStream, visible
 
 EXIT_INTERRUPTED = 2  # as pytest's
 EXIT_USAGE = 4  # as pytest's
@@ -27,6 +29,10 @@ def by_commas(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
+def _visible(stream: TextIO) -> TextIO:
+    return cast(TextIO, VisibleStream(stream))
+
+
 def ended(command: str, work: Callable[[], int], hint: str = "") -> int:
     """Exit code of a command's work; faults are told on stderr.
 
@@ -36,11 +42,12 @@ def ended(command: str, work: Callable[[], int], hint: str = "") -> int:
         hint: what to do about a file that cannot be written.
     """
     try:
-        return work()
+        with redirect_stdout(_visible(sys.stdout)), redirect_stderr(_visible(sys.stderr)):
+            return work()
     except StorageError as error:
-        print(f"{command}: error: {error}{hint}", file=sys.stderr)
+        print(visible(f"{command}: error: {error}{hint}"), file=sys.stderr)
     except LpbError as error:
-        print(f"{command}: error: {error}", file=sys.stderr)
+        print(visible(f"{command}: error: {error}"), file=sys.stderr)
     except KeyboardInterrupt:
         # Files appear whole or not at all: those that are not new are the old ones.
         print(f"{command}: interrupted; nothing is half written", file=sys.stderr)

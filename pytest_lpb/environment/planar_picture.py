@@ -17,6 +17,7 @@ from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.shown import literal
 
 SIZE_INCH = 6.4
 DPI = 100
@@ -98,7 +99,7 @@ class PlanarPicture:
 
     def _finish(self, problem: Problem, row: int) -> None:
         axes = self._axes
-        axes.set_title(f"{problem.name}, seed {problem.seed}, t = {row * problem.dt:.2f} s", fontsize=10)
+        axes.set_title(f"{literal(problem.name)}, seed {problem.seed}, t = {row * problem.dt:.2f} s", fontsize=10)
         axes.set_xlabel("x [m]")
         axes.set_ylabel("y [m]")
         low, high = _extent(problem, self._around)

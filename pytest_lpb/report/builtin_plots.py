@@ -15,6 +15,7 @@ from pytest_lpb.report.projection import PROJECTIONS, Disc
 from pytest_lpb.report.scene_marks import goal_points, primary_link
 from pytest_lpb.run.problems import TRIAL_KEYS
 from pytest_lpb.run.summary import ALL, summary_table
+from pytest_lpb.shown import literal
 
 if TYPE_CHECKING:
     from pytest_lpb.trajectory import Trajectory
@@ -113,6 +114,11 @@ def success(trajectories: Sequence[Trajectory], axes: Any) -> None:
         rate, low, high = (row[f"success_{part}"] for part in ("rate", "low", "high"))
         axes.barh(place, rate, color=f"C{place % 10}", alpha=0.6)
         axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
-    names = [row["planner"] for row in planners]
-    axes.set(xlabel="success rate, mean over scenarios", xlim=(0, 1), yticks=range(len(names)), yticklabels=names)
+    names = [literal(row["planner"]) for row in planners]
+    axes.set(
+        xlabel="success rate, mean over scenarios",
+        xlim=(0, 1),
+        yticks=range(len(names)),
+        yticklabels=names,
+    )
     axes.invert_yaxis()

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
+from pytest_lpb.shown import literal
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -83,7 +84,7 @@ def figure_of(drawing: Drawing) -> Figure:
     figure = Figure(figsize=SIZE, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    axes.set_title(drawing.title, fontsize=10)
+    axes.set_title(literal(drawing.title), fontsize=10)
     with _faults_told(plot):
         if plot.pictures is not None:
             plot.function(drawing.data, drawing.parts, axes)

@@ -15,6 +15,7 @@ from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.profiles import axis_of, explained, profile_of, with_profile
 from pytest_lpb.report.scale import Scale
 from pytest_lpb.run.profiles import RATIO
+from pytest_lpb.shown import literal
 
 TITLE_WIDTH = 90  # [characters]
 TICKS = (1, 2, 5, 10, 20, 50, 100)
@@ -36,7 +37,7 @@ def profile(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     axes.set_title("\n".join([kpi_title(kpi.name, kpi.unit), *wrap(explained(shown), TITLE_WIDTH)]), fontsize=8)
     for number, (planner, curve) in enumerate(shown.curves.items()):
         colour, line = COLOURS[number % len(COLOURS)], LINES[number % len(LINES)]
-        axes.plot(shown.bounds, curve.share, color=colour, linestyle=line, label=planner)
+        axes.plot(shown.bounds, curve.share, color=colour, linestyle=line, label=literal(planner))
         axes.fill_between(shown.bounds, curve.low, curve.high, color=colour, alpha=0.15, linewidth=0)
     scale = axis_of(shown)
     if scale.logarithmic:

@@ -13,6 +13,7 @@ from pytest_lpb.report.numbers import kpi_title
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.scale import drawable
 from pytest_lpb.run.summary import ALL
+from pytest_lpb.shown import literal
 
 VERDICT_COLOURS = {"better": "#2b8a5f", "worse": "#c23b3b"}
 OTHER_COLOUR = "0.35"
@@ -44,9 +45,14 @@ def kpi(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
                 at = place + (number - 0.5 * (len(planners) - 1)) * width
                 _box(axes, rows[shown.name].to_numpy(float), at, 0.9 * width, f"C{number % 10}")
     for number, planner in enumerate(planners):
-        axes.plot([], [], "s", color=f"C{number % 10}", label=planner)
+        axes.plot([], [], "s", color=f"C{number % 10}", label=literal(planner))
     many = len(scenarios) > 2
-    axes.set_xticks(range(len(scenarios)), scenarios, rotation=25 if many else 0, ha="right" if many else "center")
+    axes.set_xticks(
+        range(len(scenarios)),
+        list(map(literal, scenarios)),
+        rotation=25 if many else 0,
+        ha="right" if many else "center",
+    )
     axes.set(ylabel=kpi_title(shown.name, shown.unit))
     axes.legend(loc="best", fontsize="small")
 

@@ -19,7 +19,7 @@ from pytest_lpb.report.report import write_report
 from .chromium import Chromium
 from .runs import make_run
 from .spatial_runs import spatial_run
-from .test_report import EVIL
+from .test_report import EVIL, recorded
 from .views import open_view, wait_for
 
 pytestmark = pytest.mark.chromium
@@ -304,3 +304,14 @@ def test_a_trial_without_a_replay_says_how_to_see_it(browser: Chromium, report_a
     text = browser.run("document.getElementById('trial-body').textContent")
     assert "neither time series nor a replay" in text
     assert f"lpb-report RUN --trial {crashed} --video trial.mp4" in text
+
+
+def test_recorded_text_runs_no_script(browser: Chromium, run: ReportData, tmp_path: Path) -> None:
+    text = "</script><script>document.title = 'run'</script>\"><img src=x onerror=\"document.title = 'run'\">{{7*7}}"
+    address = write_report(tmp_path / "report.html", recorded(run, text)).as_uri()
+    for view in ("#/overview", "#/trials", "#/run"):
+        open_view(browser, address, view)
+        assert browser.errors == [], view  # the content security policy would tell, too
+        assert browser.requests == [address]
+        assert browser.run("document.querySelectorAll('main img, main script:not([data-block])').length") == 0
+        assert "{{7*7}}" in browser.run("document.title")

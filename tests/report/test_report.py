@@ -119,6 +119,45 @@ def test_scenario_called_script_is_text() -> None:
     assert not [attributes for _, attributes in elements.tags if any(name.startswith("on") for name in attributes)]
 
 
+HOSTILE = (
+    EVIL,
+    '"><img src=x onerror=alert(1)>',
+    "</script><script>alert(1)</script>",
+    "javascript:alert(1)",
+    "{{7*7}}{% raw %}",
+    "<!--<svg onload=alert(1)>",
+    "]]>&amp;\x1b[31m",
+)
+
+
+def recorded(run: ReportData, text: str) -> ReportData:
+    """A run in which everything that is recorded as text is this text."""
+    entry = {"planner": text, "parameters": {text: text}, "parameters_hash": text, "source_hash": text}
+    info = {
+        **run.run_info,
+        "command": ["pytest", text],
+        "started": text,
+        "planners": dict.fromkeys(run.run_info["planners"], entry),
+        "packages": {text: text},
+        "scenarios": {text: {"file": text, "hash": text}},
+        "machine": dict.fromkeys(("cpu", "system", "python"), text),
+        "git": {"commit": text, "dirty": True},
+        "random": [text],
+    }
+    trials = run.trials.assign(message=text, command=text, failed_criteria=text)
+    return replace(run, trials=trials, run_info=info, title=text, warnings=[text])
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_recorded_text_is_text_wherever_it_comes_from(run: ReportData, text: str) -> None:
+    """The page has the same elements with the same attributes as without."""
+    hostile, plain = (Elements(render(page(recorded(run, word)))) for word in (text, "x"))
+    assert [(tag, sorted(names)) for tag, names in hostile.tags] == [(tag, sorted(names)) for tag, names in plain.tags]
+    assert sum(text in part for part in hostile.text) >= 8
+    addresses = [names.get(key) or "" for _, names in hostile.tags for key in ("href", "src", "action", "xlink:href")]
+    assert not [address for address in addresses if address.strip().lower().startswith("javascript:")]
+
+
 def test_loads_nothing(html: str) -> None:
     for tag, attributes in Elements(html).tags:
         for name in ("src", "href", "xlink:href", "action", "data", "poster", "srcset"):
