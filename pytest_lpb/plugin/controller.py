@@ -235,7 +235,8 @@ class ControllerPlugin:
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter, exitstatus: int) -> None:
         """Print the table of planners, what failed, and where the report is."""
         if self._folder is None:
-            if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+            # Where everything was deselected (-k, -m), pytest says so itself.
+            if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and not terminalreporter.stats.get("deselected"):
                 globs = ", ".join(self._config.getini("lpb_scenarios"))
                 terminalreporter.write_line(
                     f"lpb: no scenario was found: name the files, or have them match ini `lpb_scenarios` ({globs})"

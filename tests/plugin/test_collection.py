@@ -107,3 +107,14 @@ def test_trials_of_all_files_stand_in_the_order_of_their_paths(project: Project)
     listed = node_ids(project.run("--collect-only", "-q", "scenarios"))
     assert sorted(listed) == [f"scenarios/{name}.yaml::pd::seed0" for name in ("a/x", "b/x", "c")]
     assert listed == node_ids(project.run("--collect-only", "-q", "scenarios"))
+
+
+def test_where_scenarios_are_looked_for_is_told(project: Project) -> None:
+    """Not where there are some, and the user's own -k leaves all of them out."""
+    (project.path / "empty").mkdir()
+    assert "lpb: no scenario was found: name the files" in text_of(project.run("empty"))
+    project.scenario()
+    left_out = project.run("scenarios", "-k", "nothing_of_this_name")
+    assert left_out.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert "no scenario was found" not in text_of(left_out)
+    assert "1 deselected" in text_of(left_out)
