@@ -66,8 +66,12 @@ def test_killed_worker(crash: CrashProject, undisturbed: Hashes) -> None:
     found = hashes_of(run)
     assert found.pop(("point/x", "held", "2")) == ""
     assert found.items() < undisturbed.items()
-    # Who killed it may have meant the machine's memory, not the planner: with workers, it has another chance.
     crash.unmark("hold")
+    # In the process that finishes the run, it might end that too; a worker of its own gives it another chance: who
+    # killed it may have meant the machine's memory, not the planner.
+    again = crash.project.run(f"--lpb-resume={run}", planners=None)
+    again.assert_outcomes(passed=3, failed=1)
+    expect("killed_worker", text_of(again))
     crash.resume(workers=1)
     check_finished(run, undisturbed)
 
@@ -89,7 +93,9 @@ def test_killed_controller(
         crash.wait_for(lambda: crash.is_there("in_trial2")() and crash.recorded(0, 1)(), process)
         run = crash.run()
         # Nobody else can run its trials meanwhile.
-        expect("two_that_finish_one_run", text_of(crash.project.run(f"--lpb-resume={run}", planners=None)))
+        refused = crash.project.run(f"--lpb-resume={run}", planners=None)
+        assert refused.ret == 4
+        expect("two_that_finish_one_run", text_of(refused))
         in_trial = crash.pid("in_trial2")
         assert (in_trial != process.pid) == bool(workers)
         os.kill(process.pid, signal.SIGKILL)
