@@ -2,7 +2,6 @@
 
 import math
 import pickle
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -155,10 +154,9 @@ def test_too_many_terms() -> None:
 
 
 def test_towers_of_powers_overflow_at_once() -> None:
-    start = time.perf_counter()
+    """With exact integers it would never end."""
     value, _, _ = parse_expression("9**9**9**9").evaluate(np.zeros(1))
     assert_array_equal(value, [np.inf])
-    assert time.perf_counter() - start < 1.0  # [s]; exact integers would never end
 
 
 def test_whether_it_moves() -> None:

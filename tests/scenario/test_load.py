@@ -4,7 +4,6 @@ import hashlib
 import json
 import math
 import pickle
-import time
 from pathlib import Path
 from typing import Any
 
@@ -240,17 +239,6 @@ def test_unreadable_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name:
     with pytest.raises(ScenarioError) as caught:
         load_scenario(Path(name))
     assert caught.value.faults == (f"{name}:1: cannot be read: {reason}",)
-
-
-def test_loading_is_fast(tmp_path: Path) -> None:
-    path = written(tmp_path, FULL)
-    load_scenario(path)
-    seconds = []
-    for _ in range(5):
-        start = time.perf_counter()
-        load_scenario(path)
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.015
 
 
 numbers = st.floats(-100.0, 100.0) | st.integers(-100, 100)
