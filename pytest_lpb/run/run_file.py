@@ -23,7 +23,15 @@ def _named(path: str) -> str:
     return path
 
 
+def _key(path: str) -> str:
+    """A scenario's key: its folders may have any name, but none leads elsewhere."""
+    if any(part in ("", ".", "..") for part in path.split("/")) or not path.isprintable():
+        raise ValueError("is no name")
+    return path
+
+
 Name = Annotated[str, AfterValidator(_named)]
+Key = Annotated[str, AfterValidator(_key)]
 Count = Annotated[int, Field(ge=0, le=10**9)]
 Number = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -105,9 +113,9 @@ class _RunFile(_Part):
     invocation: str | None = None
     arguments: list[str] | None = None
     options: dict[str, Any] | None = None
-    planned: Annotated[dict[Name, dict[Name, str]], AfterValidator(_plan)] | None = None
+    planned: Annotated[dict[Key, dict[Name, str]], AfterValidator(_plan)] | None = None
     planners: dict[Name, _Planner] = {}
-    scenarios: dict[Name, _Scenario] = {}
+    scenarios: dict[Key, _Scenario] = {}
     self_collision_left_out: dict[str, list[list[str]]] | None = None
     packages: dict[str, str | None] | None = None
     machine: _Machine | None = None

@@ -73,6 +73,11 @@ def test_a_run_file_of_wrong_types(run: Path, info: Any, message: str, capsys: p
     assert sorted(path.name for path in run.iterdir()) == ["run.json", "trials"]
 
 
+def test_scenarios_lie_in_folders_of_any_name(run: Path) -> None:
+    write(run, {"scenarios": {"my scenarios/$x/y": {}}, "planned": {"my scenarios/$x/y": {"pd": "0"}}})
+    assert read_run_file(run / "run.json")["planned"]
+
+
 def test_what_is_no_run_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "run.json")
     with pytest.raises(RecordingError, match=r"run\.json: is no regular file"):
