@@ -70,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--save-baseline", type=Path, metavar="FILE", help="write a baseline file for the gate")
     parser.add_argument("--baseline", metavar="RUN_OR_FILE", help="regression gate: this run, file or planner:NAME")
     parser.add_argument("--fail-on", type=by_commas, metavar="KPI:MARGIN,..", help="losses that close the gate")
-    parser.add_argument("--inconclusive", choices=INCONCLUSIVE, default="pass", help="when the gate cannot tell")
+    parser.add_argument("--inconclusive", choices=INCONCLUSIVE, help="when the gate cannot tell (default: pass)")
     parser.add_argument(
         "--markdown", type=Path, nargs="?", const=Path("-"), metavar="FILE", help="summary for a pull request"
     )
@@ -140,8 +140,10 @@ def _check_retime(options: argparse.Namespace) -> None:
 
 def _check_gate(options: argparse.Namespace) -> None:
     """Raise LpbError for options of the gate that gate nothing."""
-    if options.fail_on is not None and options.baseline is None:
-        raise LpbError("--fail-on: nothing to compare with; add --baseline=RUN_OR_FILE, or planner:NAME")
+    for name in ("fail_on", "inconclusive"):
+        if getattr(options, name) is not None and options.baseline is None:
+            option = f"--{name.replace('_', '-')}"
+            raise LpbError(f"{option}: nothing to compare with; add --baseline=RUN_OR_FILE, or planner:NAME")
     unasked: dict[str, object] = {"baseline": None, "save_baseline": None, "markdown": None}
     others = [f"--{name.replace('_', '-')}" for name, nothing in unasked.items() if getattr(options, name) != nothing]
     if options.trial and others:

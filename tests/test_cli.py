@@ -160,6 +160,15 @@ def test_video_of_one_trial(run: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert raw_data(run) == raw
 
 
+@pytest.mark.parametrize("options", [["--planners=pd"], ["--planners=pd", "--scenarios=drawn"]])
+def test_a_report_of_a_selection_tells_of_nothing_else(run: Path, options: list[str]) -> None:
+    assert main([str(run), *options]) == 0
+    html = (run / "selected/report.html").read_text("utf-8")
+    assert f"1 planner · {3 - len(options)} scenario" in html
+    assert "has no finished trial" not in html
+    assert "potential_field" not in html.replace("--lpb-planners=pd,potential_field", "")
+
+
 def test_comparison(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(run), "--compare=pd,potential_field"]) == 0
     output = capsys.readouterr().out
@@ -394,6 +403,7 @@ def test_a_trial_file_of_another_trial(run: Path, capsys: pytest.CaptureFixture[
         (["--export=latx"], "--export: no format 'latx'; there are latex, markdown; did you mean 'latex'?"),
         (["--export="], "--export: found no name"),
         (["--trial=x", "--export=latex"], "--export writes tables of all trials"),
+        (["--inconclusive=fail"], "--inconclusive: nothing to compare with; add --baseline"),
     ],
 )
 def test_options_that_contradict_each_other(

@@ -33,7 +33,7 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
     compared = trials if pair is None else trials[trials["planner"].isin(pair)]
     retimed, faults = _retimed(evaluation, folder)
     unfair, notes = _fairness(evaluation)
-    info = evaluation.run.info()
+    info = evaluation.info()
     comparisons: pd.DataFrame = comparisons_table(compared, evaluation.kpis)
     return ReportData(
         trials=trials,

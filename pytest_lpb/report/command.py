@@ -23,7 +23,7 @@ from pytest_lpb.run.baseline_file import save_baseline, saved_kpis
 from pytest_lpb.run.evaluation import Evaluation, Selection, evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.gate import GateResult
-from pytest_lpb.run.gate_options import GateOptions
+from pytest_lpb.run.gate_options import INCONCLUSIVE, GateOptions
 from pytest_lpb.run.merge import endings, merge
 from pytest_lpb.run.plugins import load_kpi_entry_points, load_plugin, load_user_modules
 from pytest_lpb.run.reproduce import compare_runs, findings
@@ -111,15 +111,21 @@ def _reproduce(runs: Sequence[RunFolder], trusted: bool) -> bool:
 
 
 def _selected(evaluation: Evaluation, options: argparse.Namespace) -> Evaluation:
-    planners = options.planners or options.compare
+    planners = _chosen_planners(options)
     if planners is None and options.scenarios is None:
         return evaluation
     return evaluation.selected(Selection(planners=planners, scenarios=options.scenarios))
 
 
+def _chosen_planners(options: argparse.Namespace) -> list[str] | None:
+    """Planners to look at; None: all."""
+    chosen: list[str] | None = options.planners or options.compare
+    return chosen
+
+
 def _judge(evaluation: Evaluation, options: argparse.Namespace) -> GateResult:
     """Verdicts of the regression gate that is asked for."""
-    asked = GateOptions(options.baseline, options.fail_on, options.inconclusive, "--")
+    asked = GateOptions(options.baseline, options.fail_on, options.inconclusive or INCONCLUSIVE[0], "--")
     return _verdicts(evaluation, options, asked, Path())
 
 
@@ -143,7 +149,7 @@ def _verdicts(evaluation: Evaluation, options: argparse.Namespace, asked: GateOp
     gate = asked.gate(folder, planners, evaluation.kpis).gate()
     scenarios = evaluation.selected(Selection(scenarios=options.scenarios)).trials
     result = gate.judge(scenarios, evaluation.run.info().get("machine") or {})
-    return result.of(options.planners, options.scenarios)
+    return result.of(_chosen_planners(options), options.scenarios)
 
 
 def _write_markdown(path: Path, text: str) -> None:

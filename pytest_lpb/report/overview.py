@@ -126,7 +126,8 @@ def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[Reporte
     for kpi in chosen:
         median, low, high = (row.get(f"{kpi.name}_{part}") for part in ("median", "q1", "q3"))
         spread = f"{show(low)} to {show(high)}" if finite(low) is not None and low != high else ""
-        cells.append(Cell(show(median), finite(median), spread, "†" if kpi.timing and contended else ""))
+        mark = "†" if kpi.timing and contended and finite(median) is not None else ""
+        cells.append(Cell(show(median), finite(median), spread, mark))
     return PlannerRow(style, cells)
 
 

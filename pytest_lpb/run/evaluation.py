@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -93,6 +93,7 @@ class Evaluation:
         kpis: what was evaluated.
         warnings: KPIs that raised, files that could not be read.
         missing: trials that the run was to have, and that are not among `trials`.
+        selection: which of the run's trials these are.
     """
 
     run: RunSource
@@ -100,6 +101,16 @@ class Evaluation:
     kpis: Sequence[Kpi]
     warnings: list[str]
     missing: Sequence[TrialKey] = ()
+    selection: Selection = Selection()
+
+    def info(self) -> dict[str, Any]:
+        """What run.json says; of the planners and scenarios that are selected only."""
+        chosen = (("planners", self.selection.planners), ("scenarios", self.selection.scenarios))
+        info = dict(self.run.info())
+        for key, names in chosen:
+            if names is not None:
+                info[key] = {name: entry for name, entry in info.get(key, {}).items() if name in names}
+        return info
 
     def trajectory_of(self, node_id: str) -> Trajectory:
         """Raw data of a trial."""
@@ -111,7 +122,8 @@ class Evaluation:
         selection.check(self.trials)
         kept = [selection.holds(row) for row in self.trials[["planner", "scenario", "node_id"]].to_dict("records")]
         missing = [trial for trial in self.missing if selection.holds({**trial._asdict(), "node_id": None})]
-        return Evaluation(self.run, self.trials[kept].reset_index(drop=True), self.kpis, self.warnings, missing)
+        trials = self.trials[kept].reset_index(drop=True)
+        return replace(self, trials=trials, missing=missing, selection=selection)
 
     def table(self) -> pd.DataFrame:
         """The content of trials.csv."""

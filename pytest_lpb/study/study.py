@@ -70,14 +70,17 @@ class Study:
         """Planners with the variants of the sweeps in their place. Raises ConfigurationError.
 
         Args:
-            found: the planners chosen.
+            found: the planners chosen; sweeps of the study's other planners are left out.
         """
         variants: dict[str, list[PlannerConfiguration]] = {}
+        own = {parted(reference)[0] for reference in self.content.planners}
         for index, sweep in enumerate(self.content.sweep):
             if sweep.planner is None or sweep.parameters is None:
                 continue
             place = self.place(("sweep", index, "planner"))
             planner = next((planner for planner in found if planner.name == parted(sweep.planner)[0]), None)
+            if planner is None and parted(sweep.planner)[0] in own:
+                continue  # the command line chose others
             if planner is None:
                 names = [planner.name for planner in found]
                 hint = suggestion(sweep.planner, names)
@@ -121,7 +124,9 @@ class Study:
         found: dict[Path, None] = {}
         for index, pattern in enumerate(self.content.scenarios):
             self._check_pattern(("scenarios", index), pattern)
-            paths = sorted(glob.glob(str(self.path.parent / pattern), recursive=True))  # noqa: PTH207 - absolute ones too
+            # Only what the study says is a pattern, not what its folder is called; it may be absolute.
+            whole = os.path.join(glob.escape(str(self.path.parent)), pattern)  # noqa: PTH118 - no path, a pattern
+            paths = sorted(glob.glob(whole, recursive=True))  # noqa: PTH207 - absolute ones too
             files = [Path(os.path.normpath(path)) for path in paths if path.endswith(SUFFIXES)]
             scenarios = [path for path in files if path.is_file() and not is_study(path)]
             if not scenarios:
@@ -197,4 +202,6 @@ def _check_names(names: Sequence[str], what: str, where: str) -> None:
         if not all(is_name(part) for part in name.split("/")):
             raise ConfigurationError(f"{where}: {what} {name!r}: a variant's name may have at most 100 characters")
         if names.count(name) > 1:
-            raise ConfigurationError(f"{where}: {what} {name!r} comes twice; sweep values must differ")
+            raise ConfigurationError(
+                f"{where}: {what} {name!r} comes twice; sweep values must differ in letters, digits, _ . -"
+            )

@@ -35,7 +35,9 @@ def _text(value: Any) -> str:
 
 
 def _safe(text: str) -> str:
-    return re.sub(r"[^A-Za-z0-9_.-]+", "-", text).strip("-") if not text.startswith("-") else text
+    """Text as part of a name; a minus sign stays."""
+    sign = "-" if re.match(r"-[\d.]", text) else ""
+    return sign + re.sub(r"[^A-Za-z0-9_.-]+", "-", text).strip("-")
 
 
 def planner_variants(

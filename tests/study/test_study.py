@@ -10,7 +10,7 @@ from pytest_lpb.documents.recognition import is_study
 from pytest_lpb.errors import ConfigurationError, ScenarioError
 from pytest_lpb.planner.files import find_planners
 from pytest_lpb.study.study import Study, read_study
-from pytest_lpb.study.sweep import planner_variants
+from pytest_lpb.study.sweep import planner_variants, suffix
 
 SCENARIO = """\
 version: 1
@@ -72,6 +72,27 @@ def test_planners_that_are_not_the_studys(tmp_path: Path) -> None:
     made = study(tmp_path, BEGINNING + "sweep: [{planner: pdd, parameters: {p: [1.0]}}]\n")
     with pytest.raises(ConfigurationError, match="found 'pdd'; did you mean 'pd'"):
         made.planners(find_planners(["pd"], []))
+
+
+def test_sweeps_of_planners_that_the_command_line_leaves_out(tmp_path: Path) -> None:
+    made = study(tmp_path, BEGINNING + "sweep: [{planner: pd, parameters: {p: [1.0, 2.0]}}]\n")
+    assert [planner.name for planner in made.planners(find_planners(["potential_field"], []))] == ["potential_field"]
+
+
+def test_a_studys_folder_may_be_called_anything(tmp_path: Path) -> None:
+    folder = tmp_path / "a [b] *"
+    folder.mkdir()
+    made = study(folder, BEGINNING)
+    assert [family.path for family in made.families(lambda path: path.stem)] == [folder / "x.yaml"]
+    absolute = study(folder, BEGINNING.replace("x.yaml", f"'{tmp_path}/a*/x.yaml'"))
+    assert [family.path for family in absolute.families(lambda path: path.stem)] == [folder / "x.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("value", "end"), [(-0.5, "_p--0.5"), ("-a b", "_p-a-b"), ([-1, 2], "_p-1-2"), ("x/y", "_p-x-y"), (None, "_p-null")]
+)
+def test_values_in_names(value: object, end: str) -> None:
+    assert suffix({"p": value}) == end
 
 
 def test_every_combination_has_its_name(tmp_path: Path) -> None:
