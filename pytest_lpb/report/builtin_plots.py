@@ -1,21 +1,17 @@
-"""The plots that come with pytest-lpb."""
+"""The plots of single trials that come with pytest-lpb."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.patches import Circle, Polygon
+from matplotlib.ticker import LogFormatter
 
 from pytest_lpb.report.depiction import depiction_for
 from pytest_lpb.report.plots import plot
 from pytest_lpb.report.projection import PROJECTIONS, Disc
 from pytest_lpb.report.scene_marks import goal_points, primary_link
-from pytest_lpb.run.problems import TRIAL_KEYS
-from pytest_lpb.run.summary import ALL, summary_table
-from pytest_lpb.shown import literal
 
 if TYPE_CHECKING:
     from pytest_lpb.trajectory import Trajectory
@@ -89,6 +85,13 @@ def action(trajectory: Trajectory, axes: Any) -> None:
     axes.legend(loc="best", fontsize="small")
 
 
+class _PlainNumbers(LogFormatter):
+    """Labels where matplotlib puts them, as `0.005` and not as a power."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
 @plot("solver_time")
 def solver_time(trajectory: Trajectory, axes: Any) -> None:
     """Wall and CPU time of each call of the planner."""
@@ -100,25 +103,7 @@ def solver_time(trajectory: Trajectory, axes: Any) -> None:
     positive = np.concatenate([trajectory.solver_wall_ms, trajectory.solver_cpu_ms])
     if np.any(positive > 0):
         axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(_PlainNumbers())
+        axes.yaxis.set_minor_formatter(_PlainNumbers(minor_thresholds=(2, 0.5)))
     axes.set(xlabel="time [s]", ylabel="solver time [ms]")
     axes.legend(loc="best", fontsize="small")
-
-
-@plot("success", scope="run", without_rows=True)
-def success(trajectories: Sequence[Trajectory], axes: Any) -> None:
-    """Success rate of each planner with its 95 % Wilson interval, as in the rows `all` of summary.csv."""
-    rows = [{key: trajectory.metadata[key] for key in (*TRIAL_KEYS, "success")} for trajectory in trajectories]
-    table = summary_table(pd.DataFrame(rows).assign(timing_contended=False), [])
-    planners = table[table["scenario"] == ALL].to_dict("records")
-    for place, row in enumerate(planners):
-        rate, low, high = (row[f"success_{part}"] for part in ("rate", "low", "high"))
-        axes.barh(place, rate, color=f"C{place % 10}", alpha=0.6)
-        axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
-    names = [literal(row["planner"]) for row in planners]
-    axes.set(
-        xlabel="success rate, mean over scenarios",
-        xlim=(0, 1),
-        yticks=range(len(names)),
-        yticklabels=names,
-    )
-    axes.invert_yaxis()

@@ -10,16 +10,16 @@ from matplotlib.ticker import NullFormatter
 
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import kpi_title, unit_text
-from pytest_lpb.report.palette import COLOURS
+from pytest_lpb.report.palette import COLOURS, styles_of
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.profiles import axis_of, explained, profile_of, with_profile
 from pytest_lpb.report.scale import Scale
+from pytest_lpb.report.view import PlannerStyle
 from pytest_lpb.run.profiles import RATIO
 from pytest_lpb.shown import literal
 
 TITLE_WIDTH = 90  # [characters]
 TICKS = (1, 2, 5, 10, 20, 50, 100)
-LINES = ("-", "--", ":", "-.")
 
 
 def profile_pictures(data: ReportData) -> Iterator[tuple[str, ...]]:
@@ -35,8 +35,9 @@ def profile(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     if shown is None:
         return
     axes.set_title("\n".join([kpi_title(kpi.name, kpi.unit), *wrap(explained(shown), TITLE_WIDTH)]), fontsize=8)
-    for number, (planner, curve) in enumerate(shown.curves.items()):
-        colour, line = COLOURS[number % len(COLOURS)], LINES[number % len(LINES)]
+    styles = styles_of(data)
+    for planner, curve in shown.curves.items():
+        colour, line = COLOURS[styles[planner].colour], _line_style(styles[planner])
         axes.plot(shown.bounds, curve.share, color=colour, linestyle=line, label=literal(planner))
         axes.fill_between(shown.bounds, curve.low, curve.high, color=colour, alpha=0.15, linewidth=0)
     scale = axis_of(shown)
@@ -44,9 +45,13 @@ def profile(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
         _logarithmic(axes, scale)
     unit = unit_text(kpi.unit)
     bound = "ratio to the best planner" if shown.kind == RATIO else f"bound [{unit}]" if unit else "bound"
-    ends = (scale.high, scale.low) if shown.at_least else (scale.low, scale.high)
-    axes.set(xlabel=bound, ylabel="share of problems", xlim=ends, ylim=(-0.02, 1.02))
+    axes.set(xlabel=bound, ylabel="share of problems", xlim=(scale.low, scale.high), ylim=(-0.02, 1.02))
     axes.legend(loc="best", fontsize="small")
+
+
+def _line_style(style: PlannerStyle) -> Any:
+    """The planner's dash as matplotlib takes it."""
+    return (0, tuple(map(float, style.dash.split()))) if style.dash else "-"
 
 
 def _logarithmic(axes: Any, scale: Scale) -> None:

@@ -15,7 +15,7 @@ from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import count
 from pytest_lpb.report.overview import by_success
-from pytest_lpb.report.palette import planner_styles
+from pytest_lpb.report.palette import styles_of
 from pytest_lpb.report.provenance import moment
 from pytest_lpb.report.scripts import script_of, style_of
 from pytest_lpb.report.sections import shown_views
@@ -52,7 +52,7 @@ def render(page: Page) -> str:
 
 def page(data: ReportData) -> Page:
     """The view model of the whole page."""
-    styles = planner_styles([*(data.run_info.get("planners") or {}), *data.trials["planner"]])
+    styles = styles_of(data)
     return Page(
         title=data.title or "pytest-lpb report",
         subtitle=_subtitle(data, styles),

@@ -1,4 +1,4 @@
-"""Built-in plots of tables: the distribution of each KPI, and comparisons of planners with their intervals."""
+"""Built-in plots of tables: success, the distribution of each KPI, and comparisons of planners with their intervals."""
 
 from __future__ import annotations
 
@@ -9,16 +9,39 @@ import numpy as np
 
 from pytest_lpb.report.comparison_section import relative_difference
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.numbers import kpi_title
+from pytest_lpb.report.numbers import kpi_title, minus
+from pytest_lpb.report.palette import COLOURS, styles_of
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.scale import drawable
-from pytest_lpb.run.summary import ALL
+from pytest_lpb.run.summary import ALL, summary_table
 from pytest_lpb.shown import literal
 
 VERDICT_COLOURS = {"better": "#2b8a5f", "worse": "#c23b3b"}
 OTHER_COLOUR = "0.35"
 MAX_SCENARIOS = 12  # side by side in one picture; beyond, all are pooled
 WIDEST = 200.0  # [%] at which differences are cut off, as in the report
+PERCENTAGES = (-200, -50, -10, 0, 10, 50, 200)  # ticks of differences
+ROW_INCH = 0.16  # height of a comparison
+
+
+def success_pictures(data: ReportData) -> Iterator[tuple[str, ...]]:
+    """One of the run, unless it has no trials."""
+    if len(data.trials):
+        yield ()
+
+
+def success(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:  # noqa: ARG001 - there is one picture
+    """Success rate of each planner with its 95 % Wilson interval, as in the rows `all` of summary.csv."""
+    table = summary_table(data.trials, [])
+    rows = {str(row["planner"]): row for row in table[table["scenario"] == ALL].to_dict("records")}
+    styles = [style for name, style in styles_of(data).items() if name in rows]
+    for place, style in enumerate(styles):
+        rate, low, high = (rows[style.name][f"success_{part}"] for part in ("rate", "low", "high"))
+        axes.barh(place, rate, color=COLOURS[style.colour], alpha=0.6)
+        axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
+    axes.set(xlabel="success rate, mean over scenarios", xlim=(0, 1.01))
+    axes.set_yticks(range(len(styles)), [literal(style.name) for style in styles])
+    axes.invert_yaxis()
 
 
 def kpi_pictures(data: ReportData) -> Iterator[tuple[str, ...]]:
@@ -33,19 +56,20 @@ def kpi(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     shown = next(kpi for kpi in data.kpis if kpi.name == parts[0])
     trials = data.trials[data.trials["success"].eq(True)] if shown.over == "solved" else data.trials
     trials = trials[drawable(trials[shown.name].to_numpy(float))]
-    planners = list(dict.fromkeys(data.trials["planner"]))
+    tried = set(data.trials["planner"])
+    planners = [style for name, style in styles_of(data).items() if name in tried]
     scenarios = list(dict.fromkeys(trials["scenario"]))
     if len(scenarios) > MAX_SCENARIOS:
         trials, scenarios = trials.assign(scenario="all scenarios"), ["all scenarios"]
     width = 0.8 / len(planners)
     for number, planner in enumerate(planners):
         for place, scenario in enumerate(scenarios):
-            rows = trials[(trials["planner"] == planner) & (trials["scenario"] == scenario)]
+            rows = trials[(trials["planner"] == planner.name) & (trials["scenario"] == scenario)]
             if len(rows):
                 at = place + (number - 0.5 * (len(planners) - 1)) * width
-                _box(axes, rows[shown.name].to_numpy(float), at, 0.9 * width, f"C{number % 10}")
-    for number, planner in enumerate(planners):
-        axes.plot([], [], "s", color=f"C{number % 10}", label=literal(planner))
+                _box(axes, rows[shown.name].to_numpy(float), at, 0.9 * width, COLOURS[planner.colour])
+    for planner in planners:
+        axes.plot([], [], "s", color=COLOURS[planner.colour], label=literal(planner.name))
     many = len(scenarios) > 2
     axes.set_xticks(
         range(len(scenarios)),
@@ -65,7 +89,7 @@ def _box(axes: Any, values: np.ndarray[Any, Any], at: float, width: float, colou
         patch_artist=True,
         manage_ticks=False,
         boxprops={"facecolor": colour, "alpha": 0.35, "edgecolor": colour},
-        medianprops={"color": "black"},
+        medianprops={"color": colour, "linewidth": 2.0},  # all that is seen of values that do not differ
         whiskerprops={"color": colour},
         capprops={"color": colour},
         flierprops={"marker": ".", "markersize": 3, "markeredgecolor": colour},
@@ -94,11 +118,18 @@ def comparison(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     axes.axvline(0.0, color="0.6", linewidth=1)
     titles = {kpi.name: kpi_title(kpi.name, kpi.unit) for kpi in data.kpis}
     names = [titles.get(row["kpi"], str(row["kpi"])) for row, _ in shown]
-    axes.set_yticks(range(len(shown)), names, fontsize=max(4.0, min(9.0, 160 / max(len(shown), 1))))
-    axes.set(xlabel=f"{b} against {a}: difference [% of median], 95 % interval")
+    width, height = axes.figure.get_size_inches()
+    axes.figure.set_size_inches(width, max(height, ROW_INCH * len(shown) + 1.0))
+    axes.set_yticks(range(len(shown)), names, fontsize=8)
     axes.set_xscale("symlog", linthresh=10.0)
+    axes.set_xticks(PERCENTAGES, [minus(str(percentage)) for percentage in PERCENTAGES])
+    axes.tick_params(axis="x", which="minor", bottom=False)
+    axes.set(xlim=(-1.15 * WIDEST, 1.15 * WIDEST))
+    beyond = f"; beyond {WIDEST:g} % at the edge" if any(abs(shares[0]) > WIDEST for _, shares in shown) else ""
+    axes.set(xlabel=f"{literal(b)} against {literal(a)}: difference [% of median],\n95 % interval{beyond}")
     axes.invert_yaxis()
 
 
+default_registry.add(Plot("success", "run", success, pictures=success_pictures))
 default_registry.add(Plot("kpi", "run", kpi, pictures=kpi_pictures))
 default_registry.add(Plot("comparison", "run", comparison, pictures=comparison_pictures))

@@ -4,15 +4,18 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.drawing import drawings, figure_of
+from pytest_lpb.report.palette import COLOURS, styles_of
 from pytest_lpb.report.plots import PlotRegistry, default_registry, load_builtin, write_plots
 from pytest_lpb.report.report import page, render
 from pytest_lpb.report.user_figures import user_figures
@@ -104,6 +107,64 @@ def test_file_names_follow_scenario_planner_and_seed(small: ReportData, tmp_path
     paths = {path.relative_to(tmp_path).as_posix() for path in write_plots(tmp_path, ["clearance"], evil).paths}
     assert "clearance/_/_/x/_b_/pd/seed0.png" in paths
     assert all(path.is_file() for path in (tmp_path / name for name in paths))
+
+
+def _axes(name: str, part: str | None, data: ReportData) -> Any:
+    """The axes of a plot's picture; of tables by the KPI, or what else, that it is of."""
+    made = drawings(default_registry.select([name])[0], data, data.trials)
+    return figure_of(next(drawing for drawing in made if part is None or part in drawing.parts)).axes[0]
+
+
+def test_a_planner_has_one_colour_in_all_pictures_that_of_the_report(run: ReportData) -> None:
+    data = replace(run, run_info={**run.run_info, "planners": {"pd": {}, "potential_field": {}, "fabrics": {}}})
+    expected = {name: to_rgb(COLOURS[style.colour]) for name, style in styles_of(data).items()}
+    assert list(expected) == ["pd", "potential_field", "fabrics"]
+    success = _axes("success", None, data)
+    names = [label.get_text() for label in success.get_yticklabels()]
+    bars = {name: to_rgb(bar.get_facecolor()) for name, bar in zip(names, success.patches, strict=True)}
+    lines = [
+        {line.get_label(): to_rgb(line.get_color()) for line in axes.lines if line.get_label() in expected}
+        for axes in (_axes("kpi", "clearance_min_m", data), _axes("profile", "clearance_min_m", data))
+    ]
+    assert bars == lines[0] == lines[1] == expected
+
+
+def test_values_that_do_not_differ_show_their_planner(small: ReportData) -> None:
+    axes = _axes("kpi", "clearance_min_m", replace(small, trials=small.trials.assign(clearance_min_m=0.5)))
+    colours = [to_rgb(COLOURS[style.colour]) for name, style in styles_of(small).items() if name != "fabrics"]
+    medians = [line for line in axes.lines if len(set(line.get_ydata())) == 1 and len(line.get_ydata()) == 2]
+    assert set(colours) <= {to_rgb(line.get_color()) for line in medians}
+    assert (0.0, 0.0, 0.0) not in {to_rgb(line.get_color()) for line in medians}
+
+
+def test_axes_of_profiles_run_from_left_to_right(run: ReportData) -> None:
+    low, high = _axes("profile", "clearance_min_m", run).get_xlim()  # as in the report
+    assert low < high
+
+
+def test_labels_of_times_are_plain(small: ReportData) -> None:
+    axes = _axes("solver_time", "pd", small)
+    axes.figure.canvas.draw()
+    labels = [label.get_text() for which in ("major", "minor") for label in axes.yaxis.get_ticklabels(which=which)]
+    assert [text for text in labels if text]
+    assert all(float(text) > 0 for text in labels if text)
+
+
+def test_long_comparisons_are_high_enough_to_read(run: ReportData) -> None:
+    axes = _axes("comparison", "pd", run)
+    axes.figure.canvas.draw()
+    labels = axes.get_yticklabels()
+    boxes = sorted((label.get_window_extent() for label in labels), key=lambda box: box.y0)
+    assert len(boxes) > 20
+    assert all(below.y1 < above.y0 + 2 for below, above in pairwise(boxes))
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["−200", "−50", "−10", "0", "10", "50", "200"]
+    assert axes.xaxis.label.get_window_extent().x1 <= axes.figure.bbox.x1
+
+
+def test_a_run_without_trials_has_no_pictures(run: ReportData, tmp_path: Path) -> None:
+    empty = {name: getattr(run, name).iloc[:0] for name in ("trials", "summary", "comparisons", "aggregates")}
+    written = write_plots(tmp_path, None, replace(run, **empty))
+    assert (written.paths, written.failures) == ([], [])
 
 
 def test_same_data_give_the_same_files(small: ReportData, tmp_path: Path) -> None:
