@@ -79,8 +79,8 @@ class _Git(_Part):
 
 class _Gate(_Part):
     baseline: str
-    fail_on: str | None
-    inconclusive: str | None
+    fail_on: list[str]
+    inconclusive: str
 
 
 class _Variant(_Part):

@@ -1,4 +1,4 @@
-"""The table of faults in docs/robustness.md says what the tests of faults test."""
+"""The tables of faults and crashes in the docs say what the tests of faults and crashes test."""
 
 import inspect
 import re
@@ -10,16 +10,25 @@ import pytest
 from tests.plugin.crashes import CRASHES, TESTS
 from tests.plugin.faults import FATAL, FAULTS, ISOLATED
 
-TEXT = Path("docs/robustness.md")
+FOLDER = Path(__file__).parents[2] / "docs"
+HERE = "Faults of a planner"
 APART = "Faults of a planner in a process of its own"
 
 
-def rows(section: str = "Faults of a planner", head: str = "fault") -> dict[str, list[str]]:
-    """Cells of a section's rows that begin with a fault, by its name."""
-    text = (Path(__file__).parents[2] / TEXT).read_text("utf-8")
-    text = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+def rows(section: str = HERE) -> dict[str, list[str]]:
+    """Cells of the rows that begin with a fault, by its name, in a section of robustness.md."""
+    text = (FOLDER / "robustness.md").read_text("utf-8")
+    return cells_of(text.partition(f"\n## {section}\n")[2].partition("\n## ")[0], "fault")
+
+
+def cells_of(text: str, head: str) -> dict[str, list[str]]:
+    """Cells of a text's rows, by the first word; without rows of headings, which begin with `head`."""
     found = [re.split(r"(?<!\\) \| ", line.strip("| \n")) for line in text.splitlines() if line.startswith("| ")]
     return {re.split(r"\W", cells[0])[0]: cells for cells in found if cells[0] != head}
+
+
+def crashes() -> dict[str, list[str]]:
+    return cells_of((FOLDER / "crashes.md").read_text("utf-8"), "crash")
 
 
 def test_each_row_is_a_fault_that_is_tested() -> None:
@@ -58,12 +67,12 @@ def test_row_of_an_isolated_fault(name: str) -> None:
 
 
 def test_each_crash_is_one_that_is_tested() -> None:
-    assert list(rows("Crashes", "crash")) == list(CRASHES)
+    assert list(crashes()) == list(CRASHES)
 
 
 @pytest.mark.parametrize("name", CRASHES)
 def test_row_of_a_crash(name: str) -> None:
-    seen = rows("Crashes", "crash")[name][2]
+    seen = crashes()[name][2]
     for text in CRASHES[name]:
         assert text in seen
     module, test = TESTS[name].split(".")

@@ -1,4 +1,4 @@
-"""Crashes that a run survives, as the table in docs/robustness.md lists them, and a project to provoke them in."""
+"""Crashes that a run survives, as the table in docs/crashes.md lists them, and a project to provoke them in."""
 
 from __future__ import annotations
 

@@ -251,7 +251,7 @@ def test_a_baseline_that_vanishes_meanwhile_closes_it(gated: Project) -> None:
     )
     result = gated.run(f"--lpb-baseline={earlier}", "scenarios", planners="mine")
     assert result.ret == 1
-    assert "warning: the gate cannot be judged: cannot read " in text_of(result)
+    assert f"warning: the gate cannot be judged: {earlier / 'run.json'}: cannot be read: " in text_of(result)
 
 
 KPI = """
