@@ -33,5 +33,5 @@ def test_unreadable_meshes_are_told_with_file_and_line(pytester: pytest.Pytester
     text = SCENARIO.replace("model: ur5", "model: point_3d").partition("goal")[0] + goal + obstacle
     (folder / "mesh.yaml").write_text(text, encoding="utf-8")
     result = pytester.runpytest_subprocess("--lpb-planners=pd", "-n", "0")
-    result.stdout.fnmatch_lines(["scenarios/mesh.yaml:5: obstacles: obstacle 'o': PyBullet cannot read *bad.obj*"])
+    result.stdout.fnmatch_lines(["scenarios/mesh.yaml:5: obstacles[[]0].file: bad.obj: has no triangles*"])
     result.stdout.no_fnmatch_line("*Traceback*")
