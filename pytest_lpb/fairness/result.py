@@ -7,11 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from pydantic import TypeAdapter
+
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.atomic import replace_file
-from pytest_lpb.errors import RecordingError
+from pytest_lpb.errors import RecordingError, in_one_line
 
 FAIRNESS_FILE = "fairness.json"
 SCHEMA_VERSION = 1
+MAX_BYTES = 10_000_000
 MAX_NAMED = 5  # trials that a sentence names
 
 
@@ -83,15 +87,16 @@ class Fairness:
 def read_fairness(run: Path) -> Fairness | None:
     """What a run folder has of it; None when it was not checked. Raises RecordingError for a damaged file."""
     path = run / FAIRNESS_FILE
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if content.pop("schema_version") != SCHEMA_VERSION:
-            raise ValueError("it is of another version")
-        return Fairness(**content)
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-        raise RecordingError(f"cannot read {path}: {error}; check the run again, or delete the file") from error
+    content = read_bounded(path, MAX_BYTES, RecordingError)
+    try:
+        read = json.loads(content)
+        if not isinstance(read, dict) or read.pop("schema_version", None) != SCHEMA_VERSION:
+            raise ValueError(f"it is not of version {SCHEMA_VERSION}")
+        return TypeAdapter(Fairness).validate_python(read)
+    except ValueError as error:
+        raise RecordingError(f"cannot read {path}: {in_one_line(error)}; check the run again, or delete it") from None
 
 
 def _named(names: Sequence[str]) -> str:
