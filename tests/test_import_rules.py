@@ -37,6 +37,12 @@ def allowed_imports() -> dict[str, set[str]]:
 
 
 UNITS = sorted(allowed_imports())
+# All but what is run by its path, or executed by another interpreter.
+MODULES = [
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if path.name not in ("supervisor.py", "__main__.py")
+]
 
 
 def unit_of(path: Path) -> str:
@@ -121,6 +127,24 @@ def test_importing_it_loads_nothing_heavy(module: str) -> None:
     program = f"import {module}, sys; print(*[name for name in {HEAVY!r} if name in sys.modules])"
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stdout.strip() == ""
+
+
+def test_where_posix_is_missing_all_can_be_imported() -> None:
+    """Processes of their own need it, trials in this process do not."""
+    program = (
+        "import sys, os, importlib, multiprocessing, signal, subprocess, socket, select\n"
+        "import numpy, pandas, scipy.stats, matplotlib.pyplot, gymnasium, pyarrow.parquet, pydantic, execnet, pytest\n"
+        "import xdist, asyncio, threadpoolctl, casadi, jinja2, PIL.Image\n"
+        "for name in ('fcntl', 'resource', 'pwd', 'grp', 'termios'): sys.modules[name] = None\n"
+        "for name in ('waitid', 'WEXITED', 'WNOHANG', 'WNOWAIT', 'CLD_EXITED', 'killpg', 'setpgid', 'mkfifo'):\n"
+        "    delattr(os, name)\n"
+        "for name in ('SIGKILL', 'SIGALRM', 'SIGHUP', 'SIGUSR1', 'SIGUSR2', 'SIGCHLD', 'SIGPIPE', 'setitimer'):\n"
+        "    delattr(signal, name)\n"
+        "del socket.AF_UNIX, select.poll\n"
+        f"for name in {MODULES!r}: importlib.import_module(name)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
 
 
 def test_public_names_are_there() -> None:

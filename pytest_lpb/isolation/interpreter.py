@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import socket
+import subprocess
 import tempfile
 from collections.abc import Mapping
 from contextlib import suppress
@@ -17,11 +18,10 @@ from pytest_lpb.errors import PlannerError
 from pytest_lpb.isolation.far.stream import ChannelStream, Stream
 from pytest_lpb.isolation.host import collected_errors, ssh_words
 from pytest_lpb.isolation.probe import START_S, check_interpreter, check_version, interpreter_words
-from pytest_lpb.isolation.process import Tail, end_of, has_ended, kill, kill_group
+from pytest_lpb.isolation.process import END_S, Tail, end_of, kill_group
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.isolation.sources import boot_source, far_sources
 
-END_S = 1.0  # [s] for what is left to read of a process that has ended
 TOLD_BY_SSH = {"ended with exit code 255": "was ended by a signal, or the connection was lost"}
 
 
@@ -51,7 +51,8 @@ class Interpreter:
         check_interpreter(isolation)
         self.about: dict[str, Any] = {}
         self._isolation = isolation
-        self._pid = 0  # of the process on this host: the interpreter, or ssh
+        self._process: subprocess.Popen[bytes] | None = None  # on this host: the interpreter, or ssh
+        self._group_id = 0  # of the processes on this host
         self._tail = Tail()
         self._calls: socket.socket | None = None
         self._group = execnet.Group()
@@ -77,16 +78,20 @@ class Interpreter:
         """Start on another host: all goes through execnet's channel, and what is printed through ssh's errors."""
         with collected_errors() as (path, reader):
             self._tail.read_from(reader)
-            gateway = self._group.makegateway(gateway_spec(self._isolation, path))
-            self._pid = gateway._io.popen.pid  # type: ignore[attr-defined] # of the one kind that starts a process
-            channel = gateway.remote_exec(boot_source())
+            channel = self._started(gateway_spec(self._isolation, path))
             hello = _hello(channel, "")
         self._stream: Stream | ChannelStream = ChannelStream(channel)
         return hello
 
     def _here(self) -> dict[str, Any]:
         """Start on this host."""
-        return self._connected(self._group.makegateway(gateway_spec(self._isolation)).remote_exec(boot_source()))
+        return self._connected(self._started(gateway_spec(self._isolation)))
+
+    def _started(self, spec: execnet.XSpec) -> execnet.Channel:
+        """Start the process; a channel to its first code."""
+        gateway = self._group.makegateway(spec)
+        self._process = gateway._io.popen  # type: ignore[attr-defined] # of the one kind that starts a process
+        return gateway.remote_exec(boot_source())
 
     def _connected(self, channel: execnet.Channel) -> dict[str, Any]:
         """Have the process connect to two sockets: for calls, and for what it prints."""
@@ -97,12 +102,15 @@ class Interpreter:
             hello = _hello(channel, path)
             server.settimeout(START_S)
             self._calls, output = server.accept()[0], server.accept()[0]
-        self._pid = hello["pid"]
+        self._group_id = hello["pid"]
         self._tail.read_from(output.detach())
         self._calls.setblocking(False)
         descriptor = self._calls.fileno()
-        self._stream = Stream(descriptor, descriptor, lambda: not has_ended(self._pid))
+        self._stream = Stream(descriptor, descriptor, self._lives)
         return hello
+
+    def _lives(self) -> bool:
+        return self._process is not None and self._process.poll() is None
 
     def send(self, header: Mapping[str, Any], payload: bytes = b"", timeout_s: float | None = None) -> None:
         """Send a message."""
@@ -114,15 +122,15 @@ class Interpreter:
 
     def ending(self) -> str:
         """How the process ended, once its stream has."""
-        how = end_of(self._pid) if self._pid else ""
+        how = "" if self._process is None else end_of(self._process)
         return TOLD_BY_SSH.get(how, how) if self._isolation.ssh else how
 
     def kill(self) -> None:
         """End the process, with whatever it has started."""
-        if self._pid and self._isolation.ssh:
-            kill(self._pid)  # the far side watches the connection
-        elif self._pid:
-            kill_group(self._pid)
+        if self._group_id:
+            kill_group(self._group_id)
+        elif self._process is not None:
+            self._process.kill()  # ssh: the far side watches the connection
         with suppress(OSError):
             self._group.terminate(timeout=END_S)
         if self._calls is not None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
 from threading import Thread
-from time import sleep
 from typing import Any, Protocol
 
-NOT_REAPED = os.WEXITED | os.WNOHANG | os.WNOWAIT
-ATTEMPTS = 100  # per second, to learn how a process ended
+END_S = 1.0  # [s] that a process which has left its stream has to end
 OUTPUT_KEPT = 4096  # bytes of what a process prints last
 CHUNK = 65536  # bytes
 
@@ -39,23 +38,12 @@ class FarProcess(Protocol):
         """The last of what it printed."""
 
 
-def end_of(pid: int) -> str:
-    """How a child that is ending does so; empty when it has not ended within a second, or is no child."""
-    for _ in range(ATTEMPTS):
-        with suppress(ChildProcessError):
-            ended = os.waitid(os.P_PID, pid, NOT_REAPED)
-            if ended is not None:
-                return told(-ended.si_status if ended.si_code != os.CLD_EXITED else ended.si_status)
-        sleep(1.0 / ATTEMPTS)
-    return ""
-
-
-def has_ended(pid: int) -> bool:
-    """Whether a child has ended; it is left to whoever started it."""
+def end_of(process: subprocess.Popen[bytes]) -> str:
+    """How a process that is ending does so; empty when it has not ended in time."""
     try:
-        return os.waitid(os.P_PID, pid, NOT_REAPED) is not None
-    except ChildProcessError:
-        return False
+        return told(process.wait(END_S))
+    except subprocess.TimeoutExpired:
+        return ""
 
 
 def told(code: int) -> str:
@@ -65,12 +53,6 @@ def told(code: int) -> str:
     known = signal.Signals.__members__.values()
     name = next((item.name for item in known if item == -code), "a signal")
     return f"was ended by {name} (signal {-code})"
-
-
-def kill(pid: int) -> None:
-    """Kill a process."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.kill(pid, signal.SIGKILL)
 
 
 def kill_group(pid: int) -> None:

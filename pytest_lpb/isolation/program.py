@@ -11,13 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from pytest_lpb.errors import PlannerError
-from pytest_lpb.isolation import supervisor
 from pytest_lpb.isolation.far.stream import Stream
-from pytest_lpb.isolation.process import Tail, kill_group, told
+from pytest_lpb.isolation.process import END_S, Tail, end_of, kill_group
 from pytest_lpb.isolation.settings import Isolation
 
-SUPERVISED = (sys.executable, "-I", "-S", str(Path(supervisor.__file__)))
-END_S = 1.0  # [s] for what is left of a process that was killed
+SUPERVISED = (sys.executable, "-I", "-S", str(Path(__file__).with_name("supervisor.py")))
 
 
 class Program:
@@ -63,10 +61,7 @@ class Program:
 
     def ending(self) -> str:
         """How the process ended, once it writes no more."""
-        try:
-            return told(self._process.wait(END_S))
-        except subprocess.TimeoutExpired:
-            return ""
+        return end_of(self._process)
 
     def kill(self) -> None:
         """End the process, with whatever it has started."""

@@ -22,6 +22,8 @@ from pytest_lpb.isolation.sources import our_sources
 
 CLOSING_S = 1.0  # [s] that a planner has to close itself
 SHOWN = 200  # characters of its output in a message
+ANSWERS = {"start": ("started",), "describe": ("description",), "setup": ("ready", "robot"), "call": ("action",)}
+LONGEST_NS = 2**63 - 1  # what fits into a column of whole numbers
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,6 @@ class Session:
             self._layout = layout_of(observation)
             self._guarded(process, lambda: process.send({"type": "observation", "arrays": self._layout}, b"", limit))
         answer, payload = self._exchange(process, {"type": "call"}, "call", until, packed(observation))
-        if answer["type"] != "action":
-            raise self._broken(process, f"answered a call with {answer['type']!r}; `action` is expected")
         diagnostics = answer.get("diagnostics", {})
         if not isinstance(diagnostics, dict):
             raise self._broken(process, f"wrote diagnostics {diagnostics!r}; names with numbers are expected")
@@ -157,16 +157,19 @@ class Session:
         answer, numbers = self._guarded(process, talk, what)
         if "wall_ns" in answer:
             times = (answer["wall_ns"], answer.get("cpu_ns", answer["wall_ns"]))
-            if not all(isinstance(time, int) and time >= 0 for time in times):
+            if not all(isinstance(time, int) and 0 <= time <= LONGEST_NS for time in times):
                 raise self._broken(process, f"wrote wall_ns, cpu_ns = {times}; whole nanoseconds are expected")
             self.measured_ns = times
         kind = answer.get("type")
         if kind == "infeasible":
-            raise Infeasible(answer.get("message", ""))
+            raise Infeasible(str(answer.get("message", "")))
         if kind == "error":
-            raise PlannerError(self._with_limits(answer.get("message", "")), answer.get("details", ""))
+            raise PlannerError(self._with_limits(str(answer.get("message", ""))), str(answer.get("details", "")))
         if not isinstance(kind, str):
             raise self._broken(process, "answered with a header without `type`")
+        asked = header["type"]
+        if kind not in ANSWERS[asked]:
+            raise self._broken(process, f"answered a {asked} with {kind!r}; `{ANSWERS[asked][0]}` is expected")
         return answer, numbers
 
     def _guarded(self, process: FarProcess, talk: Callable[[], Any], what: str = "call") -> Any:

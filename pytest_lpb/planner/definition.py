@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
+from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.class_elsewhere import ClassElsewhere, Command
 from pytest_lpb.planner.class_here import ClassHere, IsolatedClass
 from pytest_lpb.planner.parameter_names import Place
 from pytest_lpb.problem.preview import Preview
+
+POSIX = os.name == "posix"
 
 
 class Definition(Protocol):
@@ -49,6 +53,8 @@ def definition_of(reference: str, isolation: Isolation | None) -> Definition:
     """The definition of a planner file. Raises ConfigurationError when there is no such class or program."""
     if isolation is None:
         return ClassHere(reference)
+    if not POSIX:
+        raise ConfigurationError(f"{reference or isolation.place}: a process of its own needs Linux, macOS or the like")
     if isolation.command:
         return Command(isolation)
     if isolation.same_interpreter:

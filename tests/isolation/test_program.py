@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from threading import Thread
+from typing import IO, Any
 
 import numpy as np
 import pytest
 
 from pytest_lpb import Planner, Preview
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.far.stream import Stream
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.files import read_planner
@@ -163,6 +167,10 @@ def test_a_program_that_is_not_there() -> None:
         ([*DEFAULT, ("call", '{"type":"infeasible","message":"shut in"}\n')], "infeasible at t = 0 s: shut in"),
         ([*DEFAULT, ("call", '{"type":"action","diagnostics":3,"bytes":16}\n' + "a" * 16)], "diagnostics"),
         ([*DEFAULT, ("call", '{"type":"action","wall_ns":"x","bytes":16}\n' + "a" * 16)], "wall_ns"),
+        ([*DEFAULT, ("call", '{"type":"action","wall_ns":1%s,"bytes":16}\n' % ("0" * 400) + "a" * 16)], "wall_ns"),
+        ([*DEFAULT, ("call", '{"type":"error","message":5,"details":[1]}\n')], "planner error at t = 0 s: 5"),
+        ([*DEFAULT, ("call", "[" * 100_000 + "\n")], "wrote what is no message: its header goes too deep"),
+        ([*DEFAULT[:1], ("setup", '{"type":"action"}\n')], "answered a setup with 'action'; `ready` is expected"),
     ],
 )
 def test_wrong_answers(tmp_path: Path, answers: list[tuple[str, str]], message: str) -> None:
@@ -221,6 +229,39 @@ def test_a_program_that_says_nothing(tmp_path: Path) -> None:
     isolation = Isolation(command=(sys.executable, str(script)), isolate=True, setup_deadline_s=0.5)
     trajectory = run(PlannerConfiguration("it", "", isolation=isolation))
     assert trajectory.outcome == "deadline"
+
+
+@pytest.mark.parametrize("head", [b"", b'{"type":"ready","bytes":100000000}\n'], ids=["a line", "a payload"])
+def test_a_program_that_never_ends_its_answer(tmp_path: Path, head: bytes) -> None:
+    """Bytes that keep coming are no answer: the limit holds all the same."""
+    script = tmp_path / "flood.py"
+    flood = "while True:\n    sys.stdout.buffer.write(b'x' * 4096)\n    time.sleep(0.001)\n"
+    script.write_text(f"import sys, time\nsys.stdout.buffer.write({head!r})\n{flood}")
+    isolation = Isolation(command=(sys.executable, str(script)), isolate=True, setup_deadline_s=0.5)
+    started = time.monotonic()
+    assert run(PlannerConfiguration("it", "", isolation=isolation)).outcome == "deadline"
+    assert time.monotonic() - started < 5.0
+
+
+def test_long_answers_are_read_in_time_that_their_length_takes() -> None:
+    """Not in its square: 100 MB without an end are refused within a second or so."""
+    source, sink = os.pipe()
+    with open(sink, "wb") as end:  # noqa: PTH123 - a descriptor
+        writer = Thread(target=_written, args=(end, b"x" * 10**6, 101), daemon=True)
+        writer.start()
+        started = time.process_time()
+        with pytest.raises(ValueError, match="it has more than 100000000 bytes"):
+            Stream(source, source).receive(60.0)
+        assert time.process_time() - started < 5.0
+        os.close(source)
+        writer.join(10.0)
+
+
+def _written(end: IO[bytes], chunk: bytes, times: int) -> None:
+    with suppress(BrokenPipeError):
+        for _ in range(times):
+            end.write(chunk)
+            end.flush()
 
 
 def test_memory_of_a_program(tmp_path: Path) -> None:

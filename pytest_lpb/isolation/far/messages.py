@@ -21,7 +21,10 @@ def encode(header: Mapping[str, Any], payload: bytes = b"") -> bytes:
 def decode(message: bytes) -> tuple[dict[str, Any], bytes]:
     """Header and payload of a whole message. Raises ValueError for a header that is no JSON mapping."""
     line, _, payload = message.partition(b"\n")
-    header = json.loads(line)
+    try:
+        header = json.loads(line)
+    except RecursionError:
+        raise ValueError("its header goes too deep") from None
     if not isinstance(header, dict):
         raise ValueError("a header is a JSON mapping")
     return header, payload

@@ -26,7 +26,7 @@ class Stream:
 
     def __init__(self, source: int, sink: int, alive: Callable[[], bool] | None = None) -> None:
         self._source, self._sink, self._alive = source, sink, alive
-        self._received = b""
+        self._received = bytearray()
         self._readable, self._writable = select.poll(), select.poll()
         self._readable.register(source, select.POLLIN)
         self._writable.register(sink, select.POLLOUT)
@@ -48,16 +48,18 @@ class Stream:
         until = None if timeout_s is None else monotonic() + timeout_s
         end = self._received.find(b"\n")
         while end < 0:
+            searched = len(self._received)
             self._read(until)
-            end = self._received.find(b"\n")
-        header, _ = decode(self._received[: end + 1])
+            end = self._received.find(b"\n", searched)
+        header, _ = decode(bytes(self._received[: end + 1]))
         size = header.get("bytes", 0)
         if not (isinstance(size, int) and 0 <= size <= LONGEST):
             raise ValueError("`bytes` is " + repr(size) + "; allowed are 0 to " + str(LONGEST))
         stop = end + 1 + size
         while len(self._received) < stop:
             self._read(until)
-        payload, self._received = self._received[end + 1 : stop], self._received[stop:]
+        payload = bytes(self._received[end + 1 : stop])
+        del self._received[:stop]
         return header, payload
 
     def _read(self, until: float | None) -> None:
@@ -70,16 +72,17 @@ class Stream:
             chunk = b""
         if not chunk:
             raise EOFError("nobody writes")
-        self._received = self._received + chunk if self._received else chunk
+        self._received += chunk
 
     def _wait(self, poll: Any, until: float | None) -> None:
-        """Until a descriptor is ready."""
+        """Until a descriptor is ready. Raises TimeoutError at that time, though more and more may come."""
         while True:
             left_s = LOOK_S if until is None else min(LOOK_S, max(0.0, until - monotonic()))
-            if poll.poll(left_s * 1000.0):
-                return
+            ready = poll.poll(left_s * 1000.0)
             if until is not None and monotonic() >= until:
                 raise TimeoutError
+            if ready:
+                return
             if self._alive is not None and not self._alive():
                 raise EOFError("the process has ended")
 
