@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from pytest_lpb.errors import RecordingError
@@ -59,4 +60,6 @@ class RunLock:
     def _forget(self) -> None:
         descriptor, self._descriptor = self._descriptor, None
         if descriptor is not None:
-            os.close(descriptor)
+            # A planner that closes all descriptors it finds has closed this one.
+            with suppress(OSError):
+                os.close(descriptor)

@@ -6,6 +6,7 @@ Guards code that errs, not code that hides: a planner of the same process can re
 from __future__ import annotations
 
 import contextlib
+import locale
 import os
 import random
 import signal
@@ -37,7 +38,7 @@ class Part(NamedTuple):
     """One thing of a process: how it is, as a value that can be compared, and how to make it so again."""
 
     save: Callable[[], Any]
-    put_back: Callable[[Any], None]
+    put_back: Callable[[Any], object]
 
 
 def _cwd() -> str | None:
@@ -97,23 +98,35 @@ def _put_back_pool_sizes(sizes: dict[str, int]) -> None:
             pool.set_num_threads(sizes[pool.filepath])
 
 
-def _put_back_list(target: list[Any]) -> Callable[[list[Any]], None]:
-    def put_back(saved: list[Any]) -> None:
-        target[:] = saved
+def _put_back_search_path(saved: list[str]) -> None:
+    sys.path[:] = saved  # the list of now: the planner may have put another in its place
 
-    return put_back
+
+def _umask() -> str:
+    """As octal digits; the system tells it only to who sets another."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return f"{mask:03o}"
+
+
+def _cores() -> set[int]:
+    """The cores that this thread may run on; empty where the system does not say."""
+    return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 
 
 # What is put back, under the names that details of a trial give it.
 PARTS: dict[str, Part] = {
     "the working directory": Part(_cwd, _put_back_cwd),
     "environment variables": Part(lambda: dict(os.environ), _put_back_environment),
-    MODULE_SEARCH_PATH: Part(lambda: list(sys.path), _put_back_list(sys.path)),
+    MODULE_SEARCH_PATH: Part(lambda: list(sys.path), _put_back_search_path),
     "signal handlers": Part(lambda: {number: signal.getsignal(number) for number in SIGNALS}, _put_back_handlers),
     "a timer": Part(_timer_runs, _stop_timer),
     "numpy's handling of floating-point errors": Part(lambda: (np.geterr(), np.geterrcall()), _put_back_floats),
     "threads of linear algebra": Part(_pool_sizes, _put_back_pool_sizes),
     "the recursion limit": Part(sys.getrecursionlimit, sys.setrecursionlimit),
+    "the umask": Part(_umask, lambda mask: os.umask(int(mask, 8))),
+    "the locale": Part(lambda: locale.setlocale(locale.LC_ALL), lambda name: locale.setlocale(locale.LC_ALL, name)),
+    "the cores to run on": Part(_cores, lambda cores: os.sched_setaffinity(0, cores)),
 }
 
 THREADS = "threads"

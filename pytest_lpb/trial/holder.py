@@ -27,8 +27,12 @@ class PlannerHolder:
         if self._planner is None:
             self._search_path = list(sys.path)
             # What a constructor adds to the search path holds until the planner is closed: it may import later.
-            with guarded(0, keep=(MODULE_SEARCH_PATH,)):
-                self._planner = self._configuration.build()
+            try:
+                with guarded(0, keep=(MODULE_SEARCH_PATH,)):
+                    self._planner = self._configuration.build()
+            except BaseException:
+                sys.path[:] = self._search_path
+                raise
         return self._planner
 
     def close(self) -> None:

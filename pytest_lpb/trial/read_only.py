@@ -19,7 +19,8 @@ _KEY = re.compile(r"""\[\s*["'](\w+)["']\s*\]""")
 
 def hint(error: BaseException, observation: Mapping[str, NDArray[Any]], problem: PlannerProblem | None) -> str:
     """What was written to and what to do, for numpy's error about a read-only array; empty for any other error."""
-    if not isinstance(error, ValueError) or _READ_ONLY not in str(error):
+    # Of numpy's own: one that a planner derives may raise anything when it is asked for its text.
+    if type(error) is not ValueError or _READ_ONLY not in str(error):
         return ""
     frames = list(_frames(error.__traceback__))
     if not frames:

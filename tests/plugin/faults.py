@@ -37,6 +37,11 @@ FAULTS: dict[str, Fault] = {
         ERROR,
         "Odd: (its text cannot be shown: SystemExit)",
     ),
+    "cannot_say_which_value": Fault(
+        "raise type('Odd', (ValueError,), {'__str__': lambda self: sys.exit(1)})()",
+        ERROR,
+        "Odd: (its text cannot be shown: SystemExit)",
+    ),
     "says_megabytes": Fault("raise RuntimeError('x' * 10**7)", ERROR, "RuntimeError: xxx", "characters left out"),
     "raises_in_setup": Fault("def setup(self, problem):\n    raise OSError('no model')", ERROR, "OSError: no model"),
     "raises_in_constructor": Fault(
@@ -117,6 +122,22 @@ FAULTS: dict[str, Fault] = {
     "changes_threads_of_linear_algebra": Fault(
         "threadpoolctl.threadpool_limits(2)", "success", "reached the goal", f"{PUT_BACK}threads of linear algebra"
     ),
+    "replaces_search_path": Fault(
+        "sys.path = ['/nowhere', *sys.path]", "success", "reached the goal", f"{PUT_BACK}sys.path"
+    ),
+    "changes_umask": Fault("os.umask(0o777)", "success", "reached the goal", f"{PUT_BACK}the umask (777)"),
+    "changes_locale": Fault(
+        "locale.setlocale(locale.LC_ALL, 'C' if locale.setlocale(locale.LC_ALL) != 'C' else 'C.UTF-8')",
+        "success",
+        "reached the goal",
+        f"{PUT_BACK}the locale (C",
+    ),
+    "pins_itself_to_a_core": Fault(
+        "os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})",
+        "success",
+        "reached the goal",
+        f"{PUT_BACK}the cores to run on",
+    ),
 }
 
 # Faults that take their process down: with -n 0 that is the run's.
@@ -165,7 +186,7 @@ ISOLATED: dict[str, Isolated] = {
 }
 
 HEAD = """\
-import ctypes, os, random, signal, sys, threading, time, warnings
+import ctypes, locale, os, random, signal, sys, threading, time, warnings
 import numpy as np
 import threadpoolctl
 from pytest_lpb import Planner
@@ -197,6 +218,7 @@ def world():
         [signal.getsignal(number) for number in (signal.SIGALRM, signal.SIGUSR1)], sys.getrecursionlimit(),
         callable(signal.getsignal(signal.SIGINT)), [str(entry) for entry in warnings.filters],
         {library["num_threads"] for library in threadpoolctl.threadpool_info()},
+        locale.setlocale(locale.LC_ALL), os.sched_getaffinity(0), os.umask(0o022),
     ])
 
 AT_FIRST = []

@@ -79,3 +79,12 @@ def test_where_there_are_no_locks_the_run_goes_on(tmp_path: Path, monkeypatch: p
     lock = RunLock()
     lock.take(tmp_path)
     assert not lock.held
+
+
+def test_who_closes_all_descriptors_ends_no_run(tmp_path: Path) -> None:
+    lock = RunLock()
+    lock.take(tmp_path)
+    assert lock._descriptor is not None
+    os.close(lock._descriptor)
+    lock.release()
+    assert not lock.held

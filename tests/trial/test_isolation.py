@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 
 from pytest_lpb.kpis.registry import default_registry, kpi, load_builtin
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.holder import PlannerHolder
 from tests.problem.entries import POINT, circle, position_goal
 
 from .specifications import run, specification
@@ -91,3 +94,18 @@ def test_the_end_is_that_of_the_scenario() -> None:
     )
     assert trajectory.outcome == "collision"
     assert trajectory.goal_row is None
+
+
+class Unbuildable(Planner):
+    """Cannot be built, and has added to the search path by then."""
+
+    def __init__(self, parameters: Any) -> None:
+        sys.path.insert(0, "/nowhere")
+        raise OSError("no licence")
+
+
+def test_a_constructor_that_raises_leaves_nothing_in_the_search_path() -> None:
+    before = list(sys.path)
+    with pytest.raises(OSError, match="no licence"):
+        PlannerHolder(PlannerConfiguration("it", f"{__name__}:Unbuildable")).get()
+    assert sys.path == before
