@@ -1,4 +1,4 @@
-"""The process that does a job: `python -m pytest_lpb.fairness.serve JOB ANSWERS`."""
+"""The process that does a job: `python -m pytest_lpb.fairness.serve JOB ANSWERS PARENT`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pytest_lpb.fairness.canary import reactions
 from pytest_lpb.fairness.job import RUN, Job, answer_line
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.folder import RunFolder
+from pytest_lpb.run.orphans import end_with_parent
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.recorded_planners import recorded_planners
 from pytest_lpb.run.reproduce import HASHES
@@ -59,7 +60,8 @@ def _answer(job: Job, key: TrialKey, configuration: PlannerConfiguration, holder
 
 def main() -> None:
     """Do the job that the command line names."""
-    job_file, answers = map(Path, sys.argv[1:])
+    job_file, answers, parent = Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
+    end_with_parent(parent)
     try:
         serve(Job.from_json(job_file.read_text(encoding="utf-8")), answers)
     except LpbError as error:

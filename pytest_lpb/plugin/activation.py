@@ -7,10 +7,10 @@ import pytest
 from pytest_lpb.errors import LpbError
 from pytest_lpb.plugin.collection import CollectionPlugin, register_tags
 from pytest_lpb.plugin.options import is_worker
-from pytest_lpb.plugin.orphans import end_with_parent
 from pytest_lpb.plugin.resolving import resolved_session
 from pytest_lpb.plugin.session import SESSION, WORKER_CONTROLLER
 from pytest_lpb.plugin.worker import WorkerPlugin
+from pytest_lpb.run.orphans import end_with_parent
 
 
 def activate(config: pytest.Config) -> None:

@@ -146,8 +146,11 @@ class ControllerPlugin:
         folder = self._folder
         if folder is None:
             return (yield)
-        if self._session.checked_trials is not None and not self._interrupted(session):
-            self._check_fairness(folder, self._session.checked_trials)
+        if self._session.checked_trials is not None:
+            if self._interrupted(session):
+                self.tell("isolation was not checked: the run did not come to its end")
+            else:
+                self._check_fairness(folder, self._session.checked_trials)
         # Who terminated the run may not wait until interrupted workers have ended.
         self._conclude(session, folder)
         files = list(folder.trial_files())
@@ -171,8 +174,9 @@ class ControllerPlugin:
         try:
             with self._termination.interruptible():
                 check_fairness(folder, per_planner, self._session.workers).write(folder.path)
-        except (LpbError, OSError) as error:
-            self.tell(f"isolation could not be checked: {error}")
+        except Exception as error:
+            # Such as a trial file that is damaged: what it is, it costs no more than the check.
+            self.tell(f"isolation could not be checked: {in_one_line(error)}")
         except KeyboardInterrupt:
             self.tell("isolation was not checked: interrupted")
 

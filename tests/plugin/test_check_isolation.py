@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+
+from pytest_lpb.fairness import check as check_module
+from tests.isolation.test_faults import has_ended
 
 from .projects import SCENARIO, Project, text_of
 
@@ -168,3 +173,56 @@ def test_temporary_files_are_gone(watched: Project, tmp_path: Path, monkeypatch:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     check(watched, "--lpb-check-trials=1", planners="towards")
     assert list((tmp_path / "temporary").iterdir()) == []
+
+
+HANGING = """
+
+class Hanging(Towards):
+    name = "hanging"
+
+    def setup(self, problem):
+        import os, pathlib, subprocess, sys, time
+        if "pytest" not in sys.modules:
+            subprocess.Popen(["sleep", "90"])
+            pathlib.Path(__file__).with_name(f"{os.getpid()}.pid").touch()
+            time.sleep(SECONDS)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=lambda number: number.name)
+def test_its_processes_end_when_it_is_interrupted(watched: Project, number: signal.Signals) -> None:
+    """At once, although what they run hangs; when pytest is killed, too."""
+    watched.write("conftest.py", PLANNERS + HANGING.replace("SECONDS", "600"))
+    started = watched.start("--lpb-check-isolation", "--lpb-check-trials=3", "scenarios", planners="hanging")
+    pids: list[int] = []
+    until = time.monotonic() + 60.0
+    while not pids:
+        assert time.monotonic() < until, watched.output.read_text("utf-8")
+        pids = [int(path.stem) for path in watched.path.glob("*.pid")]
+        time.sleep(0.05)
+    started.send_signal(number)
+    code = started.wait(30.0)
+    assert all(has_ended(pid) for pid in pids)
+    if number == signal.SIGINT:
+        assert code == pytest.ExitCode.TESTS_FAILED
+        assert "isolation was not checked: interrupted" in watched.output.read_text("utf-8")
+        assert len(list(watched.path.glob("*.pid"))) == len(pids)
+
+
+def test_what_planners_leave_running_is_not_waited_for(watched: Project) -> None:
+    watched.write("conftest.py", PLANNERS + HANGING.replace("SECONDS", "0"))
+    before = time.monotonic()
+    _, text = check(watched, "--lpb-check-trials=1", planners="hanging")
+    assert "Isolation checked: 1 trials (1 of hanging)" in text
+    assert time.monotonic() - before < 60.0
+
+
+def test_a_damaged_trial_costs_the_check_only(watched: Project, monkeypatch: pytest.MonkeyPatch) -> None:
+    def damaged(*_: object) -> None:
+        raise KeyError("trajectory_hash")
+
+    monkeypatch.setattr(check_module, "sample", damaged)
+    result, text = check(watched, planners="towards")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert "isolation could not be checked: KeyError: 'trajectory_hash'" in text
+    assert (watched.runs()[-1] / "report.html").is_file()

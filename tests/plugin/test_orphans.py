@@ -17,7 +17,7 @@ from pytest_lpb.plugin.crashes import CrashPlugin
 # A process that starts another, which ends with it, and says which.
 PARENT = """
 import os, subprocess, sys
-code = "import os, sys, time; from pytest_lpb.plugin.orphans import end_with_parent; " \\
+code = "import os, sys, time; from pytest_lpb.run.orphans import end_with_parent; " \\
     "end_with_parent(int(sys.argv[1])); print(os.getpid(), flush=True); time.sleep(60)"
 subprocess.run([sys.executable, "-c", code, str(os.getpid())])
 """

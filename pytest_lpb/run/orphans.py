@@ -1,4 +1,4 @@
-"""Workers end with their controller, however that ends: none goes on writing into the run folder."""
+"""Processes that run trials end with the one that the user started, however that ends: none goes on by itself."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 
 
 def end_with_parent(controller: int) -> None:
-    """Have the kernel kill this process when its parent dies; where it cannot, execnet ends it within 15 s.
+    """Have the kernel kill this process when its parent dies; where it cannot, execnet ends a worker within 15 s.
 
     Args:
-        controller: process id of the controller; a worker that it did not start itself, on another host for example,
+        controller: process id of the parent; a worker that it did not start itself, on another host for example,
             is left to execnet.
     """
     if sys.platform != "linux" or os.getppid() != controller:
