@@ -81,6 +81,14 @@ def remove_unfinished(folder: Path) -> None:
         raise recording_error(f"cannot tidy up {folder}", error) from error
 
 
+def remove(path: Path) -> None:
+    """Remove a file, if it is there. Raises RecordingError."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise recording_error(f"cannot remove {path}", error) from error
+
+
 def _link_or_rename(temporary: Path, path: Path) -> None:
     try:
         os.link(temporary, path)

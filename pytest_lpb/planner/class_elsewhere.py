@@ -121,9 +121,11 @@ class Command:
     def source_hash(self) -> str:
         """SHA-256 of the program's file, and of files among its arguments."""
         digest = hashlib.sha256()
-        for word in (which(self._isolation.command[0]) or "", *self._isolation.command[1:]):
-            if Path(word).is_file():
-                digest.update(Path(word).read_bytes())
+        folder = Path(self._isolation.working_dir or "")  # what the program's arguments are relative to
+        program, *words = self._isolation.command
+        for path in (Path(which(program) or ""), *(folder / word for word in words)):
+            if path.is_file():
+                digest.update(path.read_bytes())
         return digest.hexdigest()
 
     def foresee(self, sets: Iterable[Mapping[str, Any]]) -> None:

@@ -13,7 +13,7 @@ from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.reader import MAX_BYTES, Document, read_yaml
 from pytest_lpb.documents.recognition import SUFFIXES
 from pytest_lpb.errors import ConfigurationError, LpbError
-from pytest_lpb.isolation.settings import KEYS, faults_of, isolation_of
+from pytest_lpb.isolation.settings import KEYS, Isolation, faults_of, isolation_of
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
@@ -171,6 +171,20 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         path=path,
         document=document,
     )
+
+
+def recorded_isolation(values: Any, folder: Path) -> Isolation | None:
+    """The isolation that a run recorded, as of a planner file in a folder.
+
+    Raises ConfigurationError for values of a wrong type; LookupError, ValueError or GetoptError for others.
+    """
+    try:
+        content = _File.model_validate(values)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        place = ".".join(map(str, fault["loc"]))
+        raise ConfigurationError(f"{place}: {fault['msg']}, found {fault['input']!r}".removeprefix(": ")) from None
+    return isolation_of(content.model_dump(include=set(KEYS)), folder)
 
 
 def _message(document: Document, path: Path, fault: Any) -> str:

@@ -24,12 +24,11 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> Generator[None
     given, folder = early_config.known_args_namespace, early_config.invocation_params.dir
     paths = [folder / argument.partition("::")[0] for argument in given.file_or_dir or ()]
     paths = [path for path in paths if path.suffix in (".yaml", ".yml", ".json") or (path / "run.json").is_file()]
-    if given.lpb_problems:
-        paths.append(folder / given.lpb_problems)
-    if paths:
+    run = folder / given.lpb_problems if given.lpb_problems else None
+    if paths or run:
         from pytest_lpb.plugin.strange_code import refuse_strange_code
 
-        refuse_strange_code(paths)
+        refuse_strange_code(paths, run)
     return (yield)
 
 

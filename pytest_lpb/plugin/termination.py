@@ -49,7 +49,7 @@ class TerminationPlugin:
 
     def pytest_unconfigure(self) -> None:
         """Leave the signals as they were."""
-        for number in list(self._replaced):
+        for number in self._replaced:
             self._restore(number)
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - signal's signature
@@ -65,4 +65,5 @@ class TerminationPlugin:
         raise KeyboardInterrupt
 
     def _restore(self, number: int) -> None:
-        signal.signal(number, self._replaced.pop(number))
+        # More than once, perhaps: a trial that was interrupted puts back the handlers that it began with.
+        signal.signal(number, self._replaced[number])

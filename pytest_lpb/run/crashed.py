@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pytest_lpb.documents.atomic import remove
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.trial.files import read_metadata
@@ -19,4 +20,4 @@ def forget_crashes(run: RunFolder) -> None:
         except RecordingError:
             continue  # damaged: told when its trial is due
         if crashed:
-            path.unlink(missing_ok=True)
+            remove(path)

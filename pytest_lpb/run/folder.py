@@ -11,7 +11,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.documents.atomic import recording_error, remove_unfinished, replace_file, unfinished
+from pytest_lpb.bounded import read_bounded
+from pytest_lpb.documents.atomic import recording_error, remove, remove_unfinished, replace_file, unfinished
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.inputs import write_planner_files
@@ -19,6 +20,7 @@ from pytest_lpb.run.run_file import read_run_file
 
 RUN_FILE = "run.json"
 LATEST = "latest"
+MAX_NAME_BYTES = 1000  # of a run folder's name in `latest`
 
 
 def new_run_folder(reports: Path) -> Path:
@@ -71,7 +73,11 @@ class RunFolder:
                 shutil.rmtree(work, ignore_errors=True)
         except OSError as error:
             raise recording_error(f"cannot make {path}", error) from error
-        _point_latest(path)
+        try:
+            _point_latest(path)
+        except RecordingError:
+            shutil.rmtree(path, ignore_errors=True)
+            raise
         return cls(path)
 
     def resume(self, info: dict[str, Any]) -> None:
@@ -85,14 +91,15 @@ class RunFolder:
         """Remove what a run that was killed has left. None may be at work in the folder. Raises RecordingError."""
         remove_unfinished(self.path)
         for link in self.path.parent.glob(f".{LATEST}-{self.name}-*"):
-            link.unlink(missing_ok=True)
+            remove(link)
 
     @classmethod
     def open(cls, path: Path) -> RunFolder:
         """A run folder by its path, or by that of `latest`. Raises RecordingError when it is none."""
         resolved = path
         if path.name == LATEST and path.is_file():
-            resolved = path.parent / path.read_text(encoding="utf-8").strip()
+            name = read_bounded(path, MAX_NAME_BYTES, RecordingError).decode("utf-8", errors="replace").strip()
+            resolved = path.parent / name.replace("\0", "")
         if not (resolved / RUN_FILE).is_file():
             raise RecordingError(f"{path} is no run folder: it has no {RUN_FILE}{_runs_near(path)}")
         return cls(resolved.resolve())

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_lpb.errors import ConfigurationError, LpbError
-from pytest_lpb.isolation.settings import isolation_of
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.planner.files import recorded_isolation
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plugins import load_user_modules
@@ -52,8 +52,8 @@ def _extend_path(info: Mapping[str, Any], run: Path) -> None:
 
 def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder, trusted: bool) -> PlannerConfiguration:
     try:
-        recorded = isolation_of(entry.get("isolation", {}), run.path)
-    except (AttributeError, LookupError, TypeError, ValueError, GetoptError) as error:
+        recorded = recorded_isolation(entry.get("isolation", {}), run.path)
+    except (ConfigurationError, LookupError, ValueError, GetoptError) as error:
         raise ConfigurationError(f"run.json: planner {name!r}: isolation: {error}") from None
     configuration = PlannerConfiguration(
         name=name,

@@ -132,6 +132,15 @@ def test_its_parameters_reach_it(example: Path) -> None:
     assert run(strong).action[0].tolist() == [12.0, pytest.approx(0.6)]
 
 
+def test_arguments_that_are_files_of_the_working_directory_are_its_source(tmp_path: Path) -> None:
+    isolation = Isolation(command=(sys.executable, "program.py"), working_dir=str(tmp_path), isolate=True)
+    hashes = set()
+    for content in ("1\n", "2\n"):
+        (tmp_path / "program.py").write_text(content)
+        hashes.add(PlannerConfiguration("it", "", isolation=isolation).source_hash)
+    assert len(hashes) == 2
+
+
 def test_it_says_what_it_cannot_do(example: Path) -> None:
     arm = {"model": "planar_arm", "name": "planar_arm_2", "base": "fixed", "links": [1.0, 1.0], "body_radius": 0.05}
     trajectory = run(

@@ -163,6 +163,34 @@ def test_code_and_settings_on_the_way_to_a_file_are_refused(run: Path, name: str
     refuse_strange_code([run.parent / "x.yaml", *([run / "run.json"] if folder else [])])
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_runs_in_other_encodings_are_runs(run: Path, encoding: str) -> None:
+    (run / "run.json").write_text((run / "run.json").read_text("utf-8"), encoding=encoding)
+    assert RunFolder.open(run).info()
+    (run / "conftest.py").write_text("")
+    with pytest.raises(pytest.UsageError, match="which pytest would use"):
+        refuse_strange_code([run / "trials"])
+
+
+def test_whose_problems_are_repeated_is_a_run_whatever_it_says(run: Path) -> None:
+    (run / "run.json").write_text("{}")
+    (run / "conftest.py").write_text("")
+    latest = run.parent / "latest"
+    latest.write_text("run\n")  # as where links are refused
+    for named in (run, latest):
+        with pytest.raises(pytest.UsageError, match="which pytest would use"):
+            refuse_strange_code([], named)
+
+
+@pytest.mark.parametrize("isolation", [{"python": "x", "environment": [1]}, {"deadline_s": "long"}, [1]])
+def test_damaged_isolation_is_told(run: Path, isolation: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    info = read_run(run)
+    info["planners"]["pd"]["isolation"] = isolation
+    (run / "run.json").write_text(json.dumps(info))
+    assert main([str(run), "--retime", "2", "--planners=pd"]) == EXIT_USAGE
+    assert "run.json: planner 'pd': isolation: " in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "asked"),
     [

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_lpb.errors import StorageError
+from pytest_lpb.errors import RecordingError, StorageError
+from pytest_lpb.run import crashed
 from pytest_lpb.run.folder import RunFolder, new_run_folder
 
 
@@ -54,3 +55,31 @@ def test_a_link_that_was_left_is_not_in_the_way(tmp_path: Path) -> None:
     run.resume(run.info())
     assert not left.is_symlink()
     assert (tmp_path / "latest").is_symlink()
+
+
+def test_where_latest_cannot_be_made_to_lead_nothing_is_left(tmp_path: Path) -> None:
+    (tmp_path / "latest/own").mkdir(parents=True)
+    with pytest.raises(RecordingError, match=r"cannot write .*latest: Is a directory"):
+        RunFolder.create(new_run_folder(tmp_path), {})
+    assert [path.name for path in tmp_path.iterdir()] == ["latest"]
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00", b"x" * 2000, b"a\0b"])
+def test_a_latest_that_is_damaged(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "latest").write_bytes(content)
+    with pytest.raises(RecordingError, match=r"is no run folder|has 2000 bytes"):
+        RunFolder.open(tmp_path / "latest")
+
+
+def test_what_cannot_be_removed_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read_only(*_: object, **__: object) -> None:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    run = RunFolder.create(new_run_folder(tmp_path), {})
+    trial = run.path / "trials/x/pd/seed0.parquet"
+    trial.parent.mkdir(parents=True)
+    trial.touch()
+    monkeypatch.setattr(crashed, "read_metadata", lambda _: {"outcome": "worker_crash"})
+    monkeypatch.setattr(Path, "unlink", read_only)
+    with pytest.raises(StorageError, match=r"cannot remove .*seed0.parquet: Read-only file system"):
+        crashed.forget_crashes(run)
