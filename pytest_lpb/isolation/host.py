@@ -28,13 +28,18 @@ def ssh_words(isolation: Isolation, started: Sequence[str]) -> list[str]:
 
 def reason_of_ssh(isolation: Isolation, error: subprocess.CalledProcessError, python: str) -> str:
     """Why an interpreter on the host did not start."""
-    lines = [line.strip() for line in str(error.stderr or "").splitlines() if line.strip()]
-    reason = lines[-1] if lines else f"exit code {error.returncode}"
+    reason = last_words(error)
     if error.returncode == OF_SSH:
         return f"{isolation.place} cannot be reached by ssh ({reason})"
     if error.returncode in NOT_THERE:
         return f"{isolation.place} has no {python} that can be run ({reason}); name another with `python`"
     return f"{python} at {isolation.place} did not start as a Python interpreter ({reason})"
+
+
+def last_words(error: subprocess.CalledProcessError) -> str:
+    """The last line that a command wrote to its standard error, else its exit code."""
+    lines = [line.strip() for line in str(error.stderr or "").splitlines() if line.strip()]
+    return lines[-1] if lines else f"exit code {error.returncode}"
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import sys
 from functools import cache
 
 from pytest_lpb.errors import PlannerError
-from pytest_lpb.isolation.host import reason_of_ssh, ssh_words
+from pytest_lpb.isolation.host import last_words, reason_of_ssh, ssh_words
 from pytest_lpb.isolation.settings import Isolation
 
 OLDEST = (3, 8)  # what the far side is written for
@@ -46,8 +46,9 @@ def check_interpreter(isolation: Isolation) -> None:
     try:
         said = _said(command)
     except subprocess.CalledProcessError as error:
-        reason = reason_of_ssh(isolation, error, python) if isolation.ssh else ""
-        raise PlannerError(reason or f"{isolation.place} did not start as a Python interpreter") from None
+        if isolation.ssh:
+            raise PlannerError(reason_of_ssh(isolation, error, python)) from None
+        raise PlannerError(f"{isolation.place} did not start as a Python interpreter ({last_words(error)})") from None
     except subprocess.TimeoutExpired:
         raise PlannerError(f"{isolation.place} said nothing within {START_S:g} s") from None
     except OSError as error:

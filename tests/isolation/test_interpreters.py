@@ -152,7 +152,10 @@ def test_classes_that_are_not_there_have_their_line(bare: Path, module: Path) ->
 
 @pytest.mark.parametrize(
     ("python", "message"),
-    [("/no/such/python", "no program that can be run"), ("/bin/false", "did not start as a Python interpreter")],
+    [
+        ("/no/such/python", "no program that can be run"),
+        ("/bin/false", r"did not start as a Python interpreter \(exit code 1\)"),
+    ],
 )
 def test_interpreters_that_are_none(python: str, message: str, module: Path) -> None:
     with pytest.raises(ConfigurationError, match=message):
