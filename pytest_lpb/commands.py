@@ -57,5 +57,7 @@ def ended(command: str, work: Callable[[], int], hint: str = "") -> int:
         sys.stderr.close()
         return 0
     except OSError as error:
-        print(f"{command}: error: cannot write {error.filename}: {error.strerror}{hint}", file=sys.stderr)
+        # One without a file is of no file that we write, such as a process that cannot be started.
+        what = f"cannot write {error.filename}: {error.strerror}{hint}" if error.filename else str(error)
+        print(visible(f"{command}: error: {what}"), file=sys.stderr)
     return EXIT_USAGE

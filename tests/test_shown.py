@@ -38,3 +38,18 @@ def test_names_with_dollar_signs_are_no_formulas(tmp_path: Path) -> None:
     written = write_plots(tmp_path, ["clearance", "success", "kpi", "profile"], replace(data, warnings=[]), ("svg",))
     assert written.failures == []
     assert written.paths
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(24, "Too many open files"), "it: error: [Errno 24] Too many open files"),
+        (OSError(28, "No space left on device", "a\x1b"), "it: error: cannot write a\\x1b: No space left on device"),
+    ],
+)
+def test_faults_of_the_system_are_told(error: OSError, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def work() -> int:
+        raise error
+
+    assert ended("it", work) == EXIT_USAGE
+    assert capsys.readouterr().err.strip() == told
