@@ -95,7 +95,7 @@ def read_fairness(run: Path) -> Fairness | None:
         if not isinstance(read, dict) or read.pop("schema_version", None) != SCHEMA_VERSION:
             raise ValueError(f"it is not of version {SCHEMA_VERSION}")
         return TypeAdapter(Fairness).validate_python(read)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"cannot read {path}: {in_one_line(error)}; check the run again, or delete it") from None
 
 

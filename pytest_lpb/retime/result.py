@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.retime.figures import NOISE_OF, RetimedRow, noise_floor
 
 RETIMED_FILE = "retimed.json"
+MAX_BYTES = 100_000_000
 OWN_KEY = "pytest_lpb"  # of the JSON, beside what is pytest-benchmark's
 
 
@@ -41,15 +43,16 @@ def own_part(rows: Sequence[RetimedRow], warnings: Sequence[str]) -> dict[str, A
 
 def read_retimed(path: Path) -> Retimed | None:
     """What a file holds; None when there is none. Raises RecordingError for another kind of file."""
+    if not path.exists():
+        return None
+    text = read_bounded(path, MAX_BYTES, RecordingError)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(text)
         return Retimed(
             rows=[RetimedRow.from_dict(benchmark["extra_info"]) for benchmark in content["benchmarks"]],
             moment=content["datetime"],
             machine=str(content["machine_info"]["cpu"].get("brand_raw", "")),
             warnings=content[OWN_KEY]["warnings"],
         )
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, RecursionError, KeyError, TypeError, AttributeError) as error:
         raise RecordingError(f"cannot read {path}: {error!r}; measure again with --retime, or remove it") from error

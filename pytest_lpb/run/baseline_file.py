@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import ConfigurationError, RecordingError
 from pytest_lpb.kpis.definition import Kpi
@@ -19,6 +20,7 @@ from pytest_lpb.run.evaluation import Evaluation
 if TYPE_CHECKING:
     import pandas as pd
 
+MAX_BYTES = 100_000_000
 KIND = "pytest-lpb baseline"
 SCHEMA_VERSION = 1
 DIGITS = 6  # significant ones of a value: wrong by 5e-6 of it at most, far below any margin
@@ -113,11 +115,10 @@ def _text(content: Mapping[str, Any]) -> Iterator[str]:
 
 def read_baseline(path: Path) -> dict[str, Any]:
     """The content of a baseline file. Raises RecordingError for any other file, with what is wrong."""
+    text = read_bounded(path, MAX_BYTES, RecordingError)
     try:
-        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordingError(f"cannot read {path}: {error.strerror}") from error
-    except ValueError as error:
+        content: dict[str, Any] = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is no baseline: it is no JSON: {error}") from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise RecordingError(f"{path} is no baseline: it has no {KIND!r} as its `kind`; write one with --save-baseline")
