@@ -52,7 +52,10 @@ class Program:
         return self._process.poll() is None
 
     def send(self, header: Mapping[str, Any], payload: bytes = b"", timeout_s: float | None = None) -> None:
-        """Send a message."""
+        """Send a message. Raises ValueError when the program has written without being asked."""
+        if self._stream.has_more():
+            # What it says next would be taken for the answer to this.
+            raise ValueError("it wrote more than one answer, or before it was asked")
         self._stream.send(header, payload, timeout_s)
 
     def receive(self, timeout_s: float | None) -> tuple[dict[str, Any], bytes]:

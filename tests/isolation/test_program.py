@@ -188,6 +188,24 @@ def test_wrong_answers(tmp_path: Path, answers: list[tuple[str, str]], message: 
     assert message in trajectory.metadata["message"]
 
 
+ACTION = '{"type":"action","bytes":16}\n' + "\0" * 16
+
+
+@pytest.mark.parametrize(
+    ("answers", "rows"),
+    [
+        ([*DEFAULT, ("call", ACTION * 2), ("call", ACTION)], 2),  # its first action counts; what comes next is in doubt
+        ([*DEFAULT[:1], ("setup", '{"type":"ready"}\n' * 2), ("observation", "")], 1),
+    ],
+)
+def test_answers_that_nobody_asked_for(tmp_path: Path, answers: list[tuple[str, str]], rows: int) -> None:
+    """Otherwise each of them would be taken for the answer to the next call."""
+    trajectory = answering(tmp_path, answers)
+    assert trajectory.outcome == "planner_error"
+    assert "it wrote more than one answer, or before it was asked" in trajectory.metadata["message"]
+    assert len(trajectory.t) == rows
+
+
 @pytest.mark.parametrize("wrapped", [False, True], ids=["itself", "its child"])
 def test_it_ends_with_whoever_started_it(tmp_path: Path, wrapped: bool) -> None:
     """Even killed, and even while the program does not read; a shell's script may have started it."""

@@ -62,6 +62,10 @@ class Stream:
         del self._received[:stop]
         return header, payload
 
+    def has_more(self) -> bool:
+        """Whether there is something to read already."""
+        return bool(self._received) or any(events & select.POLLIN for _, events in self._readable.poll(0))
+
     def _read(self, until: float | None) -> None:
         if len(self._received) > LONGEST:
             raise ValueError("it has more than " + str(LONGEST) + " bytes")
