@@ -72,7 +72,7 @@ class Fairness:
         if not (self.dependent or self.random or self.unanswered):
             told = ", ".join(f"{count} of {planner}" for planner, count in sorted(self.trials.items()))
             yield (
-                f"Isolation checked: {total} trials ({told}) run again in processes of their own and in reverse "
+                f"Isolation checked: {total} trial{'s' if total > 1 else ''} ({told}) run again in processes of their own and in reverse "
                 "order came out the same to the last bit."
             )
         for planner, scenarios in self.obstacles_unseen.items():
