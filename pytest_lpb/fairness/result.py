@@ -70,9 +70,10 @@ class Fairness:
         """What a reader should know, a sentence each."""
         total = sum(self.trials.values())
         if not (self.dependent or self.random or self.unanswered):
+            what = "trial" if total == 1 else "trials"
             told = ", ".join(f"{count} of {planner}" for planner, count in sorted(self.trials.items()))
             yield (
-                f"Isolation checked: {total} trial{'s' if total > 1 else ''} ({told}) run again in processes of their own and in reverse "
+                f"Isolation checked: {total} {what} ({told}) run again in processes of their own and in reverse "
                 "order came out the same to the last bit."
             )
         for planner, scenarios in self.obstacles_unseen.items():
