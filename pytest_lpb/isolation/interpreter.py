@@ -18,7 +18,7 @@ from pytest_lpb.errors import PlannerError
 from pytest_lpb.isolation.far.stream import ChannelStream, Stream
 from pytest_lpb.isolation.host import collected_errors, ssh_words
 from pytest_lpb.isolation.probe import START_S, check_interpreter, check_version, interpreter_words
-from pytest_lpb.isolation.process import END_S, Tail, end_of, kill_group
+from pytest_lpb.isolation.process import END_S, SPIN_S, Tail, end_of, kill_group
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.isolation.sources import boot_source, far_sources
 
@@ -106,7 +106,7 @@ class Interpreter:
         self._tail.read_from(output.detach())
         self._calls.setblocking(False)
         descriptor = self._calls.fileno()
-        self._stream = Stream(descriptor, descriptor, self._lives)
+        self._stream = Stream(descriptor, descriptor, self._lives, SPIN_S)
         return hello
 
     def _lives(self) -> bool:

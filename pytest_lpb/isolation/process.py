@@ -13,6 +13,7 @@ from typing import Any, Protocol
 END_S = 1.0  # [s] that a process which has left its stream has to end
 OUTPUT_KEPT = 4096  # bytes of what a process prints last
 CHUNK = 65536  # bytes
+SPIN_S = 5e-5  # [s] that this side waits for an answer without sleeping
 
 
 class FarProcess(Protocol):

@@ -12,7 +12,7 @@ from typing import Any
 
 from pytest_lpb.errors import PlannerError
 from pytest_lpb.isolation.far.stream import Stream
-from pytest_lpb.isolation.process import END_S, Tail, end_of, kill_group
+from pytest_lpb.isolation.process import END_S, SPIN_S, Tail, end_of, kill_group
 from pytest_lpb.isolation.settings import Isolation
 
 SUPERVISED = (sys.executable, "-I", "-S", str(Path(__file__).with_name("supervisor.py")))
@@ -43,7 +43,7 @@ class Program:
         assert self._process.stdout is not None
         assert self._process.stderr is not None
         os.set_blocking(self._process.stdin.fileno(), False)
-        self._stream = Stream(self._process.stdout.fileno(), self._process.stdin.fileno(), self._lives)
+        self._stream = Stream(self._process.stdout.fileno(), self._process.stdin.fileno(), self._lives, SPIN_S)
         self._tail = Tail()
         self._tail.read_from(os.dup(self._process.stderr.fileno()))
         self._process.stderr.close()

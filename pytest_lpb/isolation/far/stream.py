@@ -22,10 +22,11 @@ class Stream:
         source: read from.
         sink: written to.
         alive: says whether the other side lives: a process that it has left behind may keep its descriptors open.
+        spin_s: time [s] to look for an answer again and again before sleeping: waking up takes longer than short calls.
     """
 
-    def __init__(self, source: int, sink: int, alive: Callable[[], bool] | None = None) -> None:
-        self._source, self._sink, self._alive = source, sink, alive
+    def __init__(self, source: int, sink: int, alive: Callable[[], bool] | None = None, spin_s: float = 0.0) -> None:
+        self._source, self._sink, self._alive, self._spin_s = source, sink, alive, spin_s
         self._received = bytearray()
         self._readable, self._writable = select.poll(), select.poll()
         self._readable.register(source, select.POLLIN)
@@ -80,6 +81,11 @@ class Stream:
 
     def _wait(self, poll: Any, until: float | None) -> None:
         """Until a descriptor is ready. Raises TimeoutError at that time, though more and more may come."""
+        spun = monotonic() + self._spin_s
+        while self._spin_s and monotonic() < spun:
+            if poll.poll(0):
+                return
+            os.sched_yield()
         while True:
             left_s = LOOK_S if until is None else min(LOOK_S, max(0.0, until - monotonic()))
             ready = poll.poll(left_s * 1000.0)
