@@ -35,7 +35,8 @@ def test_commands_do_not_obey_what_they_print(capsys: pytest.CaptureFixture[str]
 
 def test_names_with_dollar_signs_are_no_formulas(tmp_path: Path) -> None:
     data = make_run(["a/$\\frac", "b/$x$_{"], planners=("$\\alpha", "p$q$"), seeds=1, crashed=False)
-    written = write_plots(tmp_path, ["clearance", "success", "kpi", "profile"], replace(data, warnings=[]), ("svg",))
+    data = replace(data, warnings=[], kpis=data.kpis[:3])  # their names are alike in all
+    written = write_plots(tmp_path, ["clearance", "success", "kpi", "profile"], data, ("svg",))
     assert written.failures == []
     assert written.paths
 

@@ -33,7 +33,10 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
         return Path(given)
     folder = tmp_path_factory.mktemp("fabrics") / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
-    command = [str(folder / "bin" / "python"), "-m", "pip", "install", "--quiet", "--prefer-binary", "fabrics==0.10.0"]
+    python = str(folder / "bin" / "python")
+    # Python compiles what it imports: a small part of what is installed.
+    options = ["--quiet", "--prefer-binary", "--no-compile"]
+    command = [python, "-m", "pip", "install", *options, "fabrics==0.10.0"]
     # What this interpreter is told does not hold for that one.
     variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     try:

@@ -43,7 +43,7 @@ class Repository:
         script = f"from hatchling.build import build_wheel; build_wheel({str(folder)!r})"
         subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=True, capture_output=True)
         (wheel,) = folder.glob("*.whl")
-        self._pip("install", "--no-index", "--no-deps", str(wheel))
+        self._pip("install", "--no-index", "--no-deps", "--no-compile", str(wheel))
         # What pytest-lpb depends on is not fetched again: it is there, where these tests run.
         (site,) = (folder / "venv").rglob("site-packages")
         found = dict.fromkeys(sysconfig.get_path(name) for name in ("purelib", "platlib"))

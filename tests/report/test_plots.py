@@ -83,6 +83,8 @@ def test_unknown_names_are_told_with_the_nearest() -> None:
 
 @pytest.mark.parametrize("name", BUILTIN)
 def test_built_in_plots_are_written(small: ReportData, tmp_path: Path, name: str) -> None:
+    """In both formats, for a part of the KPIs: all of them are drawn below."""
+    small = replace(small, kpis=small.kpis[::4])
     written = write_plots(tmp_path, [name], small)
     assert not written.failures
     kpis = sum(small.trials[kpi.name].notna().any() for kpi in small.kpis)
