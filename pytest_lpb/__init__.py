@@ -20,8 +20,13 @@ _EXPORTS = {
     "Trajectory": "pytest_lpb.trajectory",
     "kpi": "pytest_lpb.kpis.registry",
     "plot": "pytest_lpb.report.plots",
+    "Run": "pytest_lpb.library.runs",
+    "Scenario": "pytest_lpb.scenario.load",
+    "evaluate": "pytest_lpb.library.evaluate",
+    "load_planner": "pytest_lpb.library.planners",
+    "load_run": "pytest_lpb.library.runs",
     "load_scenario": "pytest_lpb.scenario.load",
-    "run_trial": "pytest_lpb.trial.trial",
+    "run_trial": "pytest_lpb.library.trial",
 }
 
 __all__ = [
@@ -31,10 +36,15 @@ __all__ = [
     "Planner",
     "Preview",
     "Problem",
+    "Run",
+    "Scenario",
     "ScenarioError",
     "Trajectory",
     "__version__",
+    "evaluate",
     "kpi",
+    "load_planner",
+    "load_run",
     "load_scenario",
     "plot",
     "run_trial",
@@ -43,13 +53,16 @@ __all__ = [
 if TYPE_CHECKING:
     from pytest_lpb.errors import Infeasible, KpiError, LpbError, ScenarioError
     from pytest_lpb.kpis.registry import kpi
+    from pytest_lpb.library.evaluate import evaluate
+    from pytest_lpb.library.planners import load_planner
+    from pytest_lpb.library.runs import Run, load_run
+    from pytest_lpb.library.trial import run_trial
     from pytest_lpb.planner.base import Planner
     from pytest_lpb.problem.preview import Preview
     from pytest_lpb.problem.problem import Problem
     from pytest_lpb.report.plots import plot
-    from pytest_lpb.scenario.load import load_scenario
+    from pytest_lpb.scenario.load import Scenario, load_scenario
     from pytest_lpb.trajectory import Trajectory
-    from pytest_lpb.trial.trial import run_trial
 
 
 def __getattr__(name: str) -> Any:

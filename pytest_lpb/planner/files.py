@@ -83,7 +83,7 @@ def find_planners(references: Sequence[str], folders: Sequence[Path]) -> list[Pl
     """
     found: dict[str, PlannerConfiguration] = {}
     for reference in references:
-        configuration = _find(reference, [*folders, shipped_folder("planners")])
+        configuration = _find(reference, list(dict.fromkeys([*folders, shipped_folder("planners")])))
         if configuration.name in found:
             raise ConfigurationError(f"planner {configuration.name!r} is named twice in {', '.join(references)}")
         configuration.check()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shlex
@@ -15,7 +14,7 @@ import pytest
 
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.plan import TrialKey
-from pytest_lpb.study.family import Family, FileFamily
+from pytest_lpb.study.family import Family, FileFamily, scenario_key
 
 if TYPE_CHECKING:
     from pytest_lpb.run.gate_options import CheckedGate, GateOptions
@@ -85,11 +84,7 @@ class LpbSession:
 
     def scenario_key(self, path: Path) -> str:
         """A scenario's key: its path below the rootdir without suffix and leading `scenarios/`."""
-        if path.is_relative_to(self.rootdir):
-            key = path.relative_to(self.rootdir).with_suffix("").as_posix()
-            return key.removeprefix("scenarios/")
-        digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
-        return f"{path.stem}-{digest}"
+        return scenario_key(path, self.rootdir)
 
     def node_id_of(self, path: Path) -> str:
         """A scenario file's node id: its path from the rootdir; pytest's own is empty for a file outside of it."""

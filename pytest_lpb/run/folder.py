@@ -6,8 +6,9 @@ import json
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
+from json import dumps
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,10 @@ class RunFolder:
         return self.path.name
 
     @classmethod
-    def create(cls, path: Path, info: dict[str, Any], planners: Iterable[PlannerConfiguration] = ()) -> RunFolder:
-        """Make a run folder, which appears at once, with run.json and its planners' files; then `latest`.
+    def create(
+        cls, path: Path, info: dict[str, Any], planners: Iterable[PlannerConfiguration] = (), *, latest: bool = True
+    ) -> RunFolder:
+        """Make a run folder, which appears at once, with run.json and its planners' files; then `latest`, unless not.
 
         Raises RecordingError, and nothing is left.
         """
@@ -74,11 +77,22 @@ class RunFolder:
         except OSError as error:
             raise recording_error(f"cannot make {path}", error) from error
         try:
-            _point_latest(path)
+            if latest:
+                _point_latest(path)
         except RecordingError:
             shutil.rmtree(path, ignore_errors=True)
             raise
         return cls(path)
+
+    def add(self, planner: PlannerConfiguration, scenarios: Mapping[str, Any]) -> None:
+        """Note a planner, and scenarios by key, of trials that are added. Raises RecordingError."""
+        noted = self.info()
+        before = dumps(noted)
+        noted.setdefault("planners", {})[planner.name] = planner.to_dict()
+        noted["scenarios"] = {**noted.get("scenarios", {}), **scenarios}
+        if dumps(noted) != before:
+            _write_info(self.path, noted)
+            write_planner_files(self.path, [planner])
 
     def resume(self, info: dict[str, Any]) -> None:
         """Note in run.json that the run goes on: `started`, `command`, `workers` of `info`. `latest` leads here."""

@@ -93,7 +93,7 @@ class Scenario:
         return f"{shown_path(self.path)}:{self.line_of(loc)}"
 
 
-def load_scenario(path: Path, changes: Sequence[Callable[[Plain], Plain]] = ()) -> Scenario:
+def load_scenario(path: Path | str, changes: Sequence[Callable[[Plain], Plain]] = ()) -> Scenario:
     """Load a scenario file.
 
     Args:

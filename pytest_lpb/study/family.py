@@ -14,6 +14,14 @@ from pytest_lpb.scenario.load import Scenario, load_scenario
 from pytest_lpb.study.change import Change
 
 
+def scenario_key(path: Path, root: Path) -> str:
+    """A scenario's key: its path below a root without suffix and leading `scenarios/`."""
+    if path.is_relative_to(root):
+        return path.relative_to(root).with_suffix("").as_posix().removeprefix("scenarios/")
+    digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
+    return f"{path.stem}-{digest}"
+
+
 class Family(Protocol):
     """Problems that differ by seed, under one scenario key."""
 

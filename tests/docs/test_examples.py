@@ -71,7 +71,7 @@ def test_kpi_and_plot(repository: pytest.Pytester) -> None:
     assert list((repository.path / "reports/latest/plots").rglob("*.png"))
 
 
-@pytest.mark.parametrize("page", ["docs/extending.md", "docs/environment.md", "docs/reports.md"])
+@pytest.mark.parametrize("page", ["docs/extending.md", "docs/environment.md", "docs/library.md", "docs/reports.md"])
 def test_script(page: str, repository: pytest.Pytester) -> None:
     scenario = repository.path / "scenarios/point/two_circles.yaml"
     shutil.copy(ROOT / "scenarios/point/two_circles.yaml", scenario)
