@@ -87,6 +87,8 @@ class ControllerPlugin:
             "planned": planned(trials),
             **({"swept": session.source.swept} if session.source is not None and session.source.swept else {}),
         }
+        if session.title:
+            options["title"] = session.title
         if session.gate is not None:
             options["gate"] = session.gate.recorded
         command = ["pytest", *map(str, self._config.invocation_params.args)]

@@ -103,14 +103,22 @@ class TrialItem(pytest.Item):
         self.trajectory = trajectory = self._recorded() if finished else self._run_and_record()
         if trajectory.metadata["success"]:
             return
-        expected = self.expectation is not None and self.expectation.covers(trajectory.outcome)
-        known = expected and not self.config.option.runxfail
+        expected, known = self._foretold(trajectory), self._is_known(trajectory)
         if not known and not self._fails(trajectory.outcome):
             return
         text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
         if trajectory.metadata["details"]:
             text += f"\n\n{trajectory.metadata['details'].rstrip()}"
         raise (ExpectedTrialFailure if expected else TrialFailure)(f"{verdict(trajectory)}: {text}")
+
+    def _foretold(self, trajectory: Trajectory) -> bool:
+        """Whether the scenario's or the planner's xfail data name this failure."""
+        return self.expectation is not None and self.expectation.covers(trajectory.outcome)
+
+    def _is_known(self, trajectory: Trajectory) -> bool:
+        """Whether the trial failed as foretold; with --runxfail a failure is a failure."""
+        failed = not trajectory.metadata["success"]
+        return failed and self._foretold(trajectory) and not self.config.option.runxfail
 
     def _refuse_to_crash_again(self) -> None:
         """Do not run a trial that took a worker down: --dist loadscope and its kin would give it to every next one."""
@@ -131,7 +139,7 @@ class TrialItem(pytest.Item):
     def _run_and_record(self) -> Trajectory:
         """Run the trial and write its files. When nothing can be recorded any more, no further trial is run."""
         try:
-            trajectory = self._run()
+            trajectory = self._with_reason(self._run())
             write_trial(session_of(self.config).run, trajectory)
         except StorageError as error:
             raise self._last(error) from error
@@ -142,6 +150,13 @@ class TrialItem(pytest.Item):
             where = error.filename or f"a file in {tempfile.gettempdir()}"
             raise self._last(recording_error(f"cannot write {where}", error)) from error
         return trajectory
+
+    def _with_reason(self, trajectory: Trajectory) -> Trajectory:
+        """The trial, noting why its failure is known: reports then say so without the files that foretold it."""
+        if self.expectation is None or not self._is_known(trajectory):
+            return trajectory
+        metadata = {**trajectory.metadata, "known_failure": self.expectation.reason}
+        return Trajectory(trajectory.columns, metadata, trajectory.problem)
 
     def _last(self, error: RecordingError) -> StorageError:
         """The error that ends the run, with what to do then."""

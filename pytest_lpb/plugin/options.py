@@ -35,6 +35,7 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--lpb-problems", metavar="RUN", help="run the problems of an old run, under their names and seeds")
     group.addoption("--lpb-resume", metavar="RUN", help="finish a run that was interrupted: run what is missing")
     group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
+    group.addoption("--lpb-title", metavar="TEXT", help="heading of the run's report (default: that of the study)")
     group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
     group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
     group.addoption(
@@ -50,6 +51,7 @@ def add_options(parser: pytest.Parser) -> None:
     parser.addini("lpb_planners", "planners to run (as --lpb-planners)", type="args", default=[])
     parser.addini("lpb_planners_dir", "folder of planner configurations", type="string", default="")
     parser.addini("lpb_scenarios", "globs of scenario files below the rootdir", type="args", default=DEFAULT_GLOBS)
+    parser.addini("lpb_title", "heading of the run's report", type="string", default="")
     parser.addini("lpb_reports", "parent of run folders", type="string", default="")
     parser.addini("lpb_plugins", "modules with KPIs and plots of your own", type="args", default=[])
 

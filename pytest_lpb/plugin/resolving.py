@@ -30,6 +30,7 @@ from pytest_lpb.plugin.sources import as_arguments, restore, run_folder_of, stud
 from pytest_lpb.run.folder import RUN_FILE, RunFolder
 from pytest_lpb.run.plan import trials_of
 from pytest_lpb.run.plugins import load_kpi_entry_points
+from pytest_lpb.run.title import checked_title, title_from, title_of
 from pytest_lpb.scenario.schema.file import MAX_TRIALS
 from pytest_lpb.scenario.schema.success import MAX_SEED
 from pytest_lpb.study.recorded import recorded_families
@@ -70,6 +71,7 @@ def resolved_session(config: pytest.Config) -> LpbSession:
         gate=gate,
         checked_gate=checked_gate(gate, config.invocation_params.dir, [planner.name for planner in planners], kpis),
         checked_trials=_checked_trials(config),
+        title=_title(config, study, resumed),
     )
     return replace(session, source=_source(session, study, problems, typed))
 
@@ -114,6 +116,25 @@ def _checked_trials(config: pytest.Config) -> int | None:
     if count is not None and count < 1:
         raise LpbError(f"--lpb-check-trials: found {count}; allowed are 1 and more")
     return CHECKED if count is None else count
+
+
+def _title(config: pytest.Config, study: Study | None, resumed: RunFolder | None) -> str:
+    """The title of the option, else of the study, else of the ini file; a run that is finished keeps its own."""
+    given: str | None = config.getoption("lpb_title")
+    title = "" if given is None else checked_title(given, "--lpb-title")
+    if resumed is not None:
+        own = title_of(resumed.info())
+        if given is not None and title != own:
+            raise LpbError(
+                f"--lpb-resume: {resumed.path.name} has {f'the title {own!r}' if own else 'no title'}, and keeps it: "
+                "leave --lpb-title out"
+            )
+        return own
+    if given is not None:
+        return title
+    if study is not None:
+        return title_from(study.content.study)
+    return checked_title(config.getini("lpb_title"), "ini lpb_title")
 
 
 def _load_plugins(config: pytest.Config) -> list[str]:

@@ -67,6 +67,7 @@ class LpbSession:
     gate: GateOptions | None = None  # as it was asked for; checked in the controlling process
     checked_gate: CheckedGate | None = None
     checked_trials: int | None = None  # of each planner, to be run again; None: none
+    title: str = ""  # of the run; empty: none
 
     @property
     def shown_run(self) -> Path:

@@ -12,7 +12,7 @@ from pytest_lpb.plugin.rates import RateVerdict
 from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import conclusion, gate_lines
-from pytest_lpb.report.text import planner_notes, planner_table
+from pytest_lpb.report.text import planner_notes, planner_table, title_lines
 from pytest_lpb.run.gate import GateResult
 
 TrialKey = tuple[str, str, int]  # scenario, planner, seed
@@ -41,6 +41,8 @@ def write_summary(
     """
     reporter.section("local planner benchmark", sep="=")
     if data is not None:
+        for line in title_lines(data):
+            reporter.write_line(line, bold=True)
         for line in planner_table(data) if len(data.trials) else planner_notes(data):
             reporter.write_line(line)
         for line in failure_lines(data.trials, known):

@@ -16,7 +16,7 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import conclusion, gate_lines
 from pytest_lpb.report.markdown import markdown_summary
 from pytest_lpb.report.reproduce_text import reproduce_lines, sameness_lines
-from pytest_lpb.report.text import comparison_table, planner_table, trial_lines
+from pytest_lpb.report.text import comparison_table, planner_table, title_lines, trial_lines
 from pytest_lpb.retime.result import RETIMED_FILE
 from pytest_lpb.retime.text import retimed_table
 from pytest_lpb.run.baseline_file import save_baseline, saved_kpis
@@ -196,7 +196,7 @@ def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, fold
 
 
 def _print(data: ReportData, judged: GateResult | None, options: argparse.Namespace) -> None:
-    print("\n".join(planner_table(data)))
+    print("\n".join([*title_lines(data), *planner_table(data)]))
     if options.retime is not None and data.retimed is not None:
         print("\n".join(["", *retimed_table(data.retimed)]))
     if options.compare is not None:

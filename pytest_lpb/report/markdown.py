@@ -17,6 +17,7 @@ from pytest_lpb.report.gate_text import (
 )
 from pytest_lpb.report.text import planner_notes, planner_rows
 from pytest_lpb.run.gate import INCONCLUSIVE, REGRESSED, GateResult, GateVerdict
+from pytest_lpb.run.title import title_of
 
 MAX_BYTES = 60_000  # GitHub takes comments of 65,536 characters
 MAX_CHANGES = 10
@@ -46,7 +47,10 @@ def _title(data: ReportData) -> Iterator[str]:
         _count(data.trials["scenario"].nunique(), "scenario"),
         _count(len(data.trials), "trial"),
     )
-    yield f"### Local planner benchmark: {', '.join(counts)}"
+    title = title_of(data.run_info)
+    if title:
+        yield from (f"### {_cell(title)}", "")
+    yield f"{'' if title else '### '}Local planner benchmark: {', '.join(counts)}"
 
 
 def _planners(data: ReportData) -> Iterator[str]:

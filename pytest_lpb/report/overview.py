@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
+from pytest_lpb.report.known_failures import reasons
 from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show, show_exact
 from pytest_lpb.report.view import Cell, MatrixRow, OutcomeBar, PlannerRow, PlannerStyle, Share, Statement
 
@@ -70,6 +71,8 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     details = [] if once else [f"{count(problems, 'distinct problem')}, each counts once"]
     failures = endings(trials)[~trials["success"].eq(True)].value_counts()
     details += [f"{str(outcome).replace('_', ' ')} in {number}" for outcome, number in failures.items()]
+    known = int(reasons(trials).ne("").sum())
+    details += [f"{known} of them known failures"] if known else []
     return Statement(style, text, ", ".join(details))
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import finite, show, show_exact
 from pytest_lpb.report.view import Fact, PlannerSetup, PlannerStyle, Provenance
+from pytest_lpb.run.title import title_of
 
 HASH_DIGITS = 12
 
@@ -60,6 +61,7 @@ def _facts(run_info: Mapping[str, Any]) -> list[tuple[str, str]]:
     commit = str(git.get("commit") or "")[:HASH_DIGITS]
     memory = finite(machine.get("memory_gib"))
     return [
+        ("title", title_of(run_info)),
         ("command", command_line(run_info)),
         ("started", moment(run_info.get("started"))),
         ("seeds", _seeds(run_info.get("seeds"))),

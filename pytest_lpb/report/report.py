@@ -20,6 +20,7 @@ from pytest_lpb.report.provenance import moment
 from pytest_lpb.report.scripts import script_of, style_of
 from pytest_lpb.report.sections import shown_views
 from pytest_lpb.report.view import Page, PlannerStyle
+from pytest_lpb.run.title import title_of
 
 TEMPLATES = "templates"
 
@@ -53,9 +54,10 @@ def render(page: Page) -> str:
 def page(data: ReportData) -> Page:
     """The view model of the whole page."""
     styles = styles_of(data)
+    title = title_of(data.run_info)
     return Page(
-        title=data.title or "pytest-lpb report",
-        subtitle=_subtitle(data, styles),
+        title=title or data.title or "pytest-lpb report",
+        subtitle=" · ".join(filter(None, [data.title if title else "", _subtitle(data, styles)])),
         styles=by_success(data, styles),
         views=shown_views(data, styles),
     )

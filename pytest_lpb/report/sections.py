@@ -10,6 +10,7 @@ from pytest_lpb.report.comparison_section import comparison_section
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.distributions import kpi_section
 from pytest_lpb.report.gate_section import gate_section
+from pytest_lpb.report.known_failures import known_failures
 from pytest_lpb.report.overview_section import overview
 from pytest_lpb.report.profiles import profile_section
 from pytest_lpb.report.provenance import run_section
@@ -56,7 +57,11 @@ class View:
 
 
 VIEWS = (
-    View("overview", "Overview", (Section("overview", "_overview.html.j2", overview),)),
+    View(
+        "overview",
+        "Overview",
+        (Section("overview", "_overview.html.j2", overview), Section("known", "_known.html.j2", known_failures)),
+    ),
     View("gate", "Gate", (Section("gate", "_gate.html.j2", gate_section),)),
     View("scenarios", "Scenarios", (Section("scenarios", "_scenes.html.j2", scenario_section),)),
     View("kpis", "KPIs", (Section("kpis", "_kpis.html.j2", kpi_section),)),

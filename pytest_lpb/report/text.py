@@ -12,6 +12,7 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import whole_percent
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.missing import missing_notes
+from pytest_lpb.run.title import title_of
 
 HEADS = (
     "planner",
@@ -24,6 +25,13 @@ HEADS = (
     "p95 [ms]",
 )
 COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p95_ms_median")
+
+
+def title_lines(data: ReportData) -> Iterator[str]:
+    """The run's title, if it has one, above a blank line."""
+    title = title_of(data.run_info)
+    if title:
+        yield from (title, "")
 
 
 def planner_table(data: ReportData) -> Iterator[str]:

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.known_failures import reasons
 from pytest_lpb.report.numbers import count, kpi_title, show
 from pytest_lpb.report.overview import endings
 from pytest_lpb.report.packing import packed
@@ -31,7 +32,8 @@ def trial_pages(data: ReportData, styles: Mapping[str, PlannerStyle]) -> TrialPa
 
 
 def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerStyle]) -> dict[str, Any]:
-    """Planners, scenarios, KPIs; and of each trial its id, their places, seed, outcome, problem and KPIs as text."""
+    """Planners, scenarios, KPIs; and of each trial its id, their places, seed, outcome, problem, KPIs as text,
+    and why it was known to fail."""
     planners, scenarios = list(styles), [str(name) for name in dict.fromkeys(trials["scenario"])]
     kpis = [kpi for kpi in data.kpis if kpi.name in trials]
     problems = {str(text): place for place, text in enumerate(dict.fromkeys(trials["problem_hash"].fillna("")))}
@@ -56,8 +58,9 @@ def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerSt
                 str(row["outcome"]),
                 problems["" if pd.isna(row["problem_hash"]) else str(row["problem_hash"])],
                 [show(row[kpi.name]) for kpi in kpis],
+                row["known_failure"],
             ]
-            for row in trials.assign(outcome=endings(trials)).to_dict("records")
+            for row in trials.assign(outcome=endings(trials), known_failure=reasons(trials)).to_dict("records")
         ],
     }
 

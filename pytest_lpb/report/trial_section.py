@@ -77,6 +77,7 @@ def _trial_row(row: Mapping[Any, Any], styles: Mapping[str, PlannerStyle], cells
         message=_text(row.get("message")),
         failed_criteria=_text(row.get("failed_criteria")),
         command=_text(row.get("command")),
+        known_failure=_text(row.get("known_failure")),
     )
 
 

@@ -40,7 +40,7 @@ TRIAL_COLUMNS = (
 COMPUTED = ("steps", "timing_contended")
 RECORDED = (*(name for name in TRIAL_COLUMNS if name not in COMPUTED), "message", "command")
 # What tables and reports need besides; not part of trials.csv.
-HIDDEN_COLUMNS = ("duration_s", "control", "message", "command", "file")
+HIDDEN_COLUMNS = ("duration_s", "control", "message", "command", "known_failure", "file")
 
 
 @dataclass(frozen=True)
@@ -180,6 +180,7 @@ def _row(trajectory: Trajectory, kpis: Sequence[Kpi], warnings: list[str]) -> di
         "timing_contended": trajectory.timing_contended,
         "duration_s": trajectory.problem.duration,
         "control": control_mode(trajectory.problem),
+        "known_failure": str(metadata.get("known_failure") or ""),  # why it was expected to fail
         **values,
     }
 

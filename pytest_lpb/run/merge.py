@@ -11,6 +11,7 @@ import pandas as pd
 
 from pytest_lpb.run.evaluation import Evaluation, RunSource
 from pytest_lpb.run.plan import TrialKey
+from pytest_lpb.run.title import joint_title
 
 KEY = ["scenario", "planner", "seed"]
 Version = tuple[str, str]  # hashes of a planner's parameters and source
@@ -92,6 +93,7 @@ def _merged_run(
     }
     scenarios = {key: scenario for info in infos for key, scenario in info["scenarios"].items()}
     info = {**infos[0], "planners": planners, "scenarios": scenarios, "merged": runs, "notes": notes}
+    info["title"] = joint_title(infos)
     return MergedRun(" + ".join(runs), info)
 
 

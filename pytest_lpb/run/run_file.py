@@ -102,6 +102,7 @@ class _RunFile(_Part):
     """All that is read of it anywhere; runs of other versions may lack some."""
 
     schema_version: int = 1
+    title: str | None = None
     started: str | None = None
     command: str | list[str] | None = None
     seeds: _Seeds | list[int] | None = None

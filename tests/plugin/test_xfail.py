@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from pytest_lpb.trial.files import read_trial
+
 from .projects import SCENARIO, UNSOLVED, Project, text_of
 
 
@@ -27,6 +29,12 @@ def test_xfail_of_a_scenario(project: Project, entry: str, outcomes: dict[str, i
         assert "too far" in text_of(result)
     # The data says what happened, whatever was expected.
     assert {row["success"] for row in project.rows()} == {"false"}
+    # Which failures were foretold, it says too; reports need no scenario file for it.
+    recorded = [read_trial(path).metadata for path in sorted(project.runs()[-1].rglob("seed*.parquet"))]
+    known = [metadata["known_failure"] for metadata in recorded if "known_failure" in metadata]
+    assert known == ["too far"] * outcomes.get("xfailed", 0)
+    report = (project.runs()[-1] / "report.html").read_text("utf-8")
+    assert report.count("known failure: too far") == len(known)
 
 
 @pytest.mark.parametrize(

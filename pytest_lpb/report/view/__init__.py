@@ -4,6 +4,7 @@ from pytest_lpb.report.view.common import Cell, Fact, PlannerStyle, Tick
 from pytest_lpb.report.view.figures import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, KpiSection
 from pytest_lpb.report.view.overview import (
     HeatMap,
+    KnownFailure,
     MatrixRow,
     OutcomeBar,
     Overview,
@@ -28,6 +29,7 @@ __all__ = [
     "ComparisonSection",
     "Fact",
     "HeatMap",
+    "KnownFailure",
     "KpiFigure",
     "KpiSection",
     "Line",

@@ -65,6 +65,17 @@ class HeatMap:
 
 
 @dataclass(frozen=True)
+class KnownFailure:
+    """A failure that files foretell, of one planner in one scenario."""
+
+    scenario: str
+    style: PlannerStyle
+    reason: str
+    failed: int  # trials that failed as foretold
+    trials: int  # of the planner in the scenario
+
+
+@dataclass(frozen=True)
 class Winner:
     """Who is ahead in one scenario, and by what."""
 

@@ -36,6 +36,7 @@ class TrialRow:
     message: str
     failed_criteria: str
     command: str
+    known_failure: str = ""  # why it was expected to fail
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,9 @@ function swatch(style) {
     svg("use", { href: "#planner" + style.number }));
 }
 const planner = (style) => el("span", { class: "planner" }, swatch(style), el("span", {}, style.name));
-const chip = (outcome) => el("span", { class: "chip " + outcomeClass(outcome) }, words(outcome));
+// How a trial ended, as [.., outcome, .., .., reason of a known failure].
+const chip = (trial, href) => el(href ? "a" : "span", { class: `chip ${outcomeClass(trial[4])}${trial[7] ? " known" : ""}`, href, title: trial[7] ? "known failure: " + trial[7] : null },
+  words(trial[4]), trial[7] ? " · known" : "");
 
 // Round numbers between low and high, about `most` of them.
 function ticks(low, high, most) {

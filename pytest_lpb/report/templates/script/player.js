@@ -27,7 +27,7 @@ class Player {
     const canvas = el("canvas", { role: "img", "aria-label": `Motion of ${names}`, tabindex: this.camera ? 0 : null });
     const view = new STAGES[dimension](canvas, group, box, this.camera);
     this.camera?.attach(canvas);
-    const captions = group.map((track) => el("span", {}, planner(track.style), " ", chip(track.trial[4])));
+    const captions = group.map((track) => el("span", {}, planner(track.style), " ", chip(track.trial)));
     return { view, node: el("figure", {}, el("figcaption", {}, captions), canvas) };
   }
 

@@ -15,7 +15,7 @@ function seedTable(index, trials) {
     const trial = found.get(`${seed} ${index.planners.indexOf(style)}`);
     if (!trial) return el("td", {}, "–");
     const replay = blocks.has("trial:" + index.trials.indexOf(trial)) ? " ▶" : "";
-    return el("td", {}, el("a", { class: "chip " + outcomeClass(trial[4]), href: trialLink(trial[0]) }, words(trial[4]) + replay));
+    return el("td", {}, chip(trial, trialLink(trial[0])), replay);
   };
   return el("div", { class: "scroll tall", tabindex: 0, role: "region", "aria-label": "Trials of this scenario" }, el("table", {},
     el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "seed"), shown.map((style) => el("th", { scope: "col" }, planner(style))))),

@@ -80,7 +80,7 @@ views.trial = async (id, params) => {
     body.replaceChildren(el("p", {}, id));
     return null;
   }
-  const [, scenario, plannerPlace, seed, outcome, problem] = trial;
+  const [, scenario, plannerPlace, seed, , problem] = trial;
   const style = index.planners[plannerPlace], name = index.scenarios[scenario];
   // Trials of one problem, by other planners first, that have a replay to be shown beside this one.
   const others = index.trials.filter((other, place) => other !== trial && other[1] === scenario && other[3] === seed
@@ -88,7 +88,7 @@ views.trial = async (id, params) => {
   const other = others.find((known) => known[0] === params.get("with"));
   const motion = await motionOf(index, trial, other, params.get("layout"));
   crumbs.replaceChildren(el("a", { href: "#/trials" }, "trials"), " / ", el("a", { href: "#/scenario/" + encodeURIComponent(name) }, name), " ", neighbours(index, trial));
-  title.replaceChildren(planner(style), ` on ${name}, seed ${seed} `, chip(outcome));
+  title.replaceChildren(planner(style), ` on ${name}, seed ${seed} `, chip(trial));
   body.replaceChildren(el("div", { class: "words" }, ...wordsOf(id)),
     trialPlayer && others.length ? choices(index, trial, others, params) : "", motion,
     el("h3", {}, "KPIs"), kpiTable(index, trial, other));
