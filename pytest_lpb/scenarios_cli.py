@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
+import re
 import shlex
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pytest_lpb import __version__
@@ -49,6 +53,11 @@ def _parser() -> argparse.ArgumentParser:
     copying.set_defaults(command=_copy)
     importing = commands.add_parser("import", help="make a scenario file of an experiment of localPlannerBench")
     importing.add_argument("experiment", type=Path, metavar="exp.yaml", help="the experiment file")
+    importing.add_argument(
+        "--strict",
+        action="store_true",
+        help="fail where something cannot be converted, or the result cannot be run",
+    )
     importing.add_argument("--output", type=Path, metavar="FILE", help="scenario file to write (default: print it)")
     importing.set_defaults(command=_import)
     return parser
@@ -80,16 +89,24 @@ def _count(scenarios: int) -> str:
 
 def _import(options: argparse.Namespace) -> None:
     # Imported here: `--help` needs none of it.
-    from pytest_lpb.scenario.importing import import_experiment
+    from pytest_lpb.scenario.import_lpb.experiment import import_experiment
 
     experiment, output = options.experiment, options.output
     if output is not None and output.exists():
         raise LpbError(f"{output} is there already; choose another --output")
-    imported = import_experiment(experiment)
+    base = Path.cwd() if output is None else output.parent
+    imported = import_experiment(experiment, base)
     text = imported.text(experiment.name)
-    _check(text, experiment)
-    for line in imported.left_out:
-        print(f"lpb-scenarios: not carried over: {line}", file=sys.stderr)
+    refused = _why_refused(text, experiment, base)
+    for line in imported.lost:
+        print(f"lpb-scenarios: not converted: {line}", file=sys.stderr)
+    for line in imported.notes:
+        print(f"lpb-scenarios: differs: {line}", file=sys.stderr)
+    for line in refused:
+        print(f"lpb-scenarios: warning: pytest will not run this scenario: {line}", file=sys.stderr)
+    problems = len(imported.lost) + len(refused)
+    if options.strict and problems:
+        raise LpbError(f"{experiment}: {problems} of the lines above; nothing is written under --strict")
     if output is None:
         print(text, end="")
         return
@@ -97,21 +114,44 @@ def _import(options: argparse.Namespace) -> None:
     replace_file(output, text.encode())
 
 
-def _check(text: str, experiment: Path) -> None:
-    """Raise LpbError unless the text is a scenario file."""
-    import tempfile
+def _why_refused(text: str, experiment: Path, base: Path) -> tuple[str, ...]:
+    """Why no trial of the scenario can start, such as a start in self-collision; nothing where one can.
 
-    from pytest_lpb.errors import ScenarioError
+    Raises LpbError when the text is no scenario file.
+    """
+    from pytest_lpb.errors import MissingRobotsError, ScenarioError
+    from pytest_lpb.scenario.draw import check_feasible
     from pytest_lpb.scenario.load import load_scenario
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "imported.yaml"
-        path.write_text(text, encoding="utf-8")
+    # Meshes are found from where the scenario will lie.
+    with _temporary(text, base if " file: " in text else None) as path:
+        place = re.compile(rf"^.*{re.escape(path.name)}:\d+: ")  # lines of a file that the user never sees
         try:
-            load_scenario(path)
+            scenario = load_scenario(path)
+        except MissingRobotsError as error:
+            return (str(error),)
         except ScenarioError as error:
-            faults = "; ".join(fault.replace(str(path), "the scenario") for fault in error.faults)
+            faults = "; ".join(place.sub("", fault) for fault in error.faults)
             raise LpbError(f"{experiment}: what it says makes no scenario: {faults}") from None
+        try:
+            check_feasible(scenario)
+        except ScenarioError as error:
+            return tuple(place.sub("", fault) for fault in error.faults)
+    return ()
+
+
+@contextmanager
+def _temporary(text: str, folder: Path | None) -> Iterator[Path]:
+    """A scenario file that is gone afterwards, in a folder or among the system's temporary files."""
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=folder, prefix=".import-", suffix=".yaml")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        yield Path(name)
+    finally:
+        Path(name).unlink()
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.scenario.shelf import scenarios_in
 from pytest_lpb.scenarios_cli import main
 from pytest_lpb.shipped import shipped_folder
-from tests.scenario.test_importing import ARM, PANDA
+from tests.scenario.test_import_lpb import ARM, PANDA
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def test_a_scenario_is_printed(experiment: Path, tmp_path: Path, capsys: pytest.
     path = tmp_path / "printed.yaml"
     path.write_text(printed.out, encoding="utf-8")
     assert load_scenario(path).concrete["robot"]["model"] == "panda"
-    assert printed.err == "lpb-scenarios: not carried over: random obstacles of radius 0; the least is 0.001 m\n"
+    assert "lpb-scenarios: differs: random obstacles of radius 0; the least is 0.001 m\n" in printed.err
 
 
 def test_a_scenario_is_written_once(experiment: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,9 +55,20 @@ def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 def test_an_experiment_that_makes_no_scenario(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "exp.yaml"
-    path.write_text(dump_yaml({**ARM, "initState": {"q0": [0.0], "q0dot": [0.0]}}), encoding="utf-8")
+    path.write_text(dump_yaml({**ARM, "initState": {"q0": [9.0, 0.0, 0.0], "q0dot": [0.0] * 3}}), encoding="utf-8")
     assert main(["import", str(path)]) == EXIT_USAGE
-    assert "what it says makes no scenario: " in capsys.readouterr().err
+    assert "what it says makes no scenario: start.q[0]: joint 1: 9 is outside [-3.14, 3.14]" in capsys.readouterr().err
+
+
+def test_a_start_in_collision_is_reported_at_import(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "exp.yaml"
+    path.write_text(dump_yaml({**PANDA, "r_body": 0.3, "selfCollision": {"pairs": [[5, 7]]}}), encoding="utf-8")
+    assert main(["import", str(path)]) == 0
+    assert "warning: pytest will not run this scenario: start: the start is in " in capsys.readouterr().err
+    assert main(["import", str(path), "--strict"]) == EXIT_USAGE
+    printed = capsys.readouterr()
+    assert "nothing is written under --strict" in printed.err
+    assert not printed.out
 
 
 def test_wrong_arguments_print_usage(capsys: pytest.CaptureFixture[str]) -> None:

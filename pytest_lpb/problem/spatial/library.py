@@ -67,6 +67,11 @@ _EXAMPLE_ROBOT_DATA: dict[str, dict[str, object]] = {
         "base": "differential_drive",
         "wheel_base": 0.4044,
     },
+    "tiago_dual": {
+        "path": "tiago_description/robots/tiago_dual.urdf",
+        "base": "differential_drive",
+        "wheel_base": 0.4044,
+    },
     "double_pendulum": {"path": "double_pendulum_description/urdf/double_pendulum.urdf"},
 }
 

@@ -1,0 +1,1 @@
+"""Experiment files of localPlannerBench (exp.yaml) as scenario files."""
