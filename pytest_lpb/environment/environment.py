@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
-from math import isfinite
+from math import inf, isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,9 @@ from pytest_lpb.environment.engine import Engine, engine_for
 from pytest_lpb.environment.limits import ActionLimits
 from pytest_lpb.environment.monitor import Monitor
 from pytest_lpb.environment.observation import Observation
-from pytest_lpb.environment.spaces import action_limits, action_space, observation_space
+from pytest_lpb.environment.spaces import ACTION_BOUND, action_limits, action_space, bounds_of, observation_space
 from pytest_lpb.errors import LpbError
+from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from pytest_lpb.scenario.load import Scenario
 
 Observations = dict[str, Any]
+OPTIONS = ("problem",)  # of a reset
 
 
 class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
@@ -35,8 +38,10 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         render_mode: None, `human` or `rgb_array`.
         preview: what the planner wants to see of the future.
         reuse_observations: hand out the same read-only arrays at each step instead of copies.
+        action_bound: the action space has ±this where the robot has no limit, since learning needs a finite one; one
+            number, or one per action. `step` does not clip to it: the robot's own limits do.
 
-    Raises ScenarioError for a scenario that cannot be used.
+    Raises ScenarioError for a scenario that cannot be used, LpbError for other arguments.
     """
 
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 20}  # noqa: RUF012 - gymnasium's own attribute
@@ -49,6 +54,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         render_mode: str | None = None,
         preview: Preview | None = None,
         reuse_observations: bool = False,
+        action_bound: float | Sequence[float] = ACTION_BOUND,
     ) -> None:
         if (scenario is None) == (problem is None):
             raise LpbError("ScenarioEnvironment needs a scenario or a problem, and not both")
@@ -61,9 +67,9 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._window: Any = None
         self._capacity: int | None = None
         self._padded = False
-        self._was_reset = False
         self.engine: Engine | None = None
         first = problem if problem is not None else self._draw(None)
+        self._action_bounds = bounds_of(action_bound, first.robot.n_actions)
         if self.scenario is not None:
             # Trials run concrete problems: they never need what reads and draws scenarios.
             from pytest_lpb.scenario.draw import obstacle_counts
@@ -75,8 +81,8 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
 
     @cached_property
     def action_space(self) -> Any:  # type: ignore[override] # gymnasium declares attributes
-        """Box of the robot's limits. Spaces are made when asked for: trials never do."""
-        return action_space(self.problem)
+        """Box of the robot's limits, finite. Spaces are made when asked for: trials never do."""
+        return action_space(self.problem, self._action_bounds)
 
     @cached_property
     def observation_space(self) -> Any:  # type: ignore[override] # as above
@@ -128,22 +134,19 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         """Start a trial.
 
         Args:
-            seed: sets up problem `seed` of the scenario; without it the first reset sets up the scenario's own
-                seed, and the next problems are drawn at random.
+            seed: sets up problem `seed` of the scenario; without it a problem is drawn by the environment's own random
+                numbers, which start anew with each seed that is given, and from the system's entropy before the first.
             options: `{"problem": Problem}` sets up that one; it must fit the spaces.
 
-        Raises LpbError for a problem that does not fit, and after `close`.
+        Raises LpbError for a problem that does not fit, for unknown options, and after `close`.
         """
         self.running_engine  # noqa: B018 - raises when closed
-        first, self._was_reset = not self._was_reset, True
+        given = _checked_options(options).get("problem")
         super().reset(seed=seed)
-        given = (options or {}).get("problem")
         if given is not None:
             self._load(self._fitting(given))
         elif self.scenario is not None:
-            if seed is None:
-                seed = self.scenario.seed if first else int(self.np_random.integers(2**31))
-            self._load(self._draw(seed))
+            self._load(self._draw(int(self.np_random.integers(2**31)) if seed is None else seed))
         self._restart()
         self._render_if_human()
         return self.observe(), self._info()
@@ -226,11 +229,15 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         return self._observation.views if self._reuse else self._observation.copy()
 
     def _info(self) -> dict[str, Any]:
-        monitor = self.monitor
+        """Never NaN, which is not equal to itself: gymnasium compares the infos of equal steps."""
+        monitor, tolerance = self.monitor, self.problem.primary.tolerance
+        clearance = monitor.clearance[0]
         return {
             "goal_distance": monitor.goal_errors[monitor.primary],
-            "clearance": monitor.clearance[0],
+            "clearance": inf if isnan(clearance) else clearance,
             "outcome": self.outcome or "running",
+            "robot_radius": self.problem.robot.body_radius,
+            "goal_tolerance": inf if tolerance is None else tolerance,
         }
 
     def render(self) -> Any:
@@ -255,6 +262,16 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         if self._window is not None:
             self._window.close()
             self._window = None
+
+
+def _checked_options(options: dict[str, Any] | None) -> dict[str, Any]:
+    """Options of a reset. Raises LpbError for unknown ones."""
+    if options is not None and not isinstance(options, dict):
+        raise LpbError(f"options: found {options!r}; a dict is needed; allowed: {listed(OPTIONS)}")
+    for key in options or {}:
+        if key not in OPTIONS:
+            raise LpbError(f"options: unknown {key!r}{suggestion(str(key), OPTIONS)}; allowed: {listed(OPTIONS)}")
+    return options or {}
 
 
 def _feasible(scenario: Scenario | Path | str) -> Scenario:

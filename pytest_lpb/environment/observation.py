@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.environment.timeline import Timeline
+from pytest_lpb.problem.extents import extents_of
 from pytest_lpb.problem.preview import Preview
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
@@ -90,6 +91,9 @@ class Observation:
         arrays = [self._buffer(f"obstacle_{name}", shape) for name in ("position", "velocity", "acceleration")]
         orientation = self._buffer("obstacle_orientation", (capacity,) if size == 1 else (capacity, size))
         count = len(problem.obstacles)
+        sizes = self._buffer("obstacle_size", shape)
+        for row, obstacle in enumerate(problem.obstacles):
+            sizes[row] = extents_of(obstacle)
         self._obstacle_buffers = [array[:count] for array in arrays]
         self._orientation = orientation[:count]
         self._turns = self._orientation.reshape(count, size)  # the same numbers, a row per obstacle

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 import pytest_lpb.environment  # noqa: F401 - registers the environment
 from pytest_lpb.environment.environment import ScenarioEnvironment
@@ -56,9 +56,9 @@ COUNTED = {
 
 @pytest.fixture
 def quiet() -> Iterator[None]:
-    """Without gymnasium's advice on how to scale spaces: an unlimited robot has an unbounded one."""
+    """Without gymnasium's advice on how to scale spaces."""
     with warnings.catch_warnings():
-        for text in (".*pace m(in|ax)imum value is -?infinity", ".*symmetric and normalized space"):
+        for text in (".*observation space m(in|ax)imum value is -?infinity", ".*symmetric and normalized space"):
             warnings.filterwarnings("ignore", message=text, category=UserWarning)
         yield
 
@@ -67,9 +67,53 @@ def quiet() -> Iterator[None]:
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.usefixtures("quiet")
 def test_gymnasium_finds_no_fault(write: Write, robot: str, control: str) -> None:
-    environment = gymnasium.make("lpb/Scenario-v0", scenario=str(write(family(robot, control))))
+    some: Content = {} if control == "acceleration" else {"obstacles": []}
+    environment = gymnasium.make("lpb/Scenario-v0", scenario=str(write(family(robot, control, **some))))
     check_env(environment.unwrapped, skip_render_check=True)
     environment.close()
+
+
+SPATIAL: dict[str, Content] = {
+    "point_3d": {"model": "point_3d"},
+    "arm_3d": {"model": "arm_3d", "links": 3, "control": "velocity"},
+    "cart": {"model": "cart"},
+    "car": {"model": "car", "control": "velocity"},
+    "panda": {"model": "panda", "control": "torque"},
+    "carried": {"model": "arm_3d", "links": 2, "base": "holonomic", "base_size": [0.4, 0.4, 0.2]},
+}
+SHAPES: list[Content] = [
+    {"shape": "sphere", "radius": 0.2, "position": [9, 9, 9]},
+    {"shape": "box", "size": [0.1, 0.2, 0.3], "position": [9, -9, 9]},
+    {"shape": "cylinder", "radius": 0.2, "length": 1.0, "position": [-9, 9, 9]},
+    {"shape": "capsule", "radius": 0.2, "length": 1.0, "position": [-9, -9, 9]},
+    {"shape": "mesh", "file": "wedge.obj", "scale": 2.0, "position": [9, 9, 5]},
+]
+WEDGE = "v -0.1 0 0\nv 0.3 0 0\nv 0 0.2 0\nv 0 0 0.4\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+
+
+@pytest.mark.parametrize("robot", SPATIAL)
+@pytest.mark.usefixtures("quiet")
+def test_gymnasium_finds_no_fault_in_space(write: Write, tmp_path: Path, robot: str) -> None:
+    entry = SPATIAL[robot]
+    (tmp_path / "wedge.obj").write_text(WEDGE, "utf-8")
+    content = {
+        "robot": entry,
+        "environment": {"engine": "pybullet", "duration": 0.5, "dynamics": entry.get("control") == "torque"},
+        "start": {"q": PANDA} if robot == "panda" else {},
+        "goal": [{"type": "orientation", "link": LINKS.get(robot, "base"), "target": [1, 0, 0, 0], "tolerance": 0.1}],
+        "obstacles": SHAPES,
+    }
+    environment = gymnasium.make("lpb/Scenario-v0", scenario=write(content))
+    check_env(environment.unwrapped, skip_render_check=True)
+    observation, info = environment.reset(seed=1)
+    expected = [[0.4] * 3, [0.1, 0.2, 0.3], [0.4, 0.4, 1.0], [0.4, 0.4, 1.4], [1.2, 0.8, 1.6]]
+    assert_allclose(observation["obstacle_size"], expected, rtol=1e-6)
+    assert info["robot_radius"] == {"point_3d": 0.2, "cart": 0.2, "car": 0.0, "panda": 0.0}.get(robot, 0.05)
+    environment.close()
+
+
+PANDA = [0.0, -0.8, 0.0, -2.3, 0.0, 1.6, 0.8]
+LINKS = {"point_3d": "body", "panda": "panda_hand"}
 
 
 @pytest.mark.usefixtures("quiet")
@@ -85,18 +129,35 @@ def test_importing_the_package_registers_it() -> None:
         assert result.stdout.strip() == "True"
 
 
-def test_the_action_space_has_the_limits(write: Write) -> None:
-    accelerating = ScenarioEnvironment(write(family())).action_space
-    assert isinstance(accelerating, spaces.Box)
-    assert_array_equal(accelerating.low, [-4.0, -np.inf])
-    assert_array_equal(accelerating.high, [3.0, np.inf])
-    moving = ScenarioEnvironment(write(family(control="velocity"))).action_space
-    assert isinstance(moving, spaces.Box)
-    assert_array_equal(moving.low, [-2.0, -1.0])
-    assert moving.dtype == np.float64
-    unlimited = ScenarioEnvironment(write(family("planar_arm"))).action_space
-    assert isinstance(unlimited, spaces.Box)
-    assert_array_equal(unlimited.high, [np.inf] * 3)
+def box_of(path: Path, **keywords: Any) -> spaces.Box:
+    space = ScenarioEnvironment(path, **keywords).action_space
+    assert isinstance(space, spaces.Box)
+    assert space.is_bounded("both")
+    assert space.dtype == np.float64
+    return space
+
+
+def test_the_action_space_is_finite_and_has_the_limits(write: Write) -> None:
+    accelerating = box_of(write(family()))
+    assert_array_equal(accelerating.low, [-4.0, -10.0])
+    assert_array_equal(accelerating.high, [3.0, 10.0])
+    assert_array_equal(box_of(write(family(control="velocity"))).low, [-2.0, -1.0])
+    assert_array_equal(box_of(write(family()), action_bound=2.0).high, [3.0, 2.0])
+    arm = write(family("planar_arm"))
+    assert_array_equal(box_of(arm).high, [10.0] * 3)
+    assert_array_equal(box_of(arm, action_bound=[1, 2.5, 3]).low, [-1.0, -2.5, -3.0])
+    wrong: tuple[Any, ...] = (0.0, -1, np.inf, np.nan, [1.0, 2.0], "wide", None)
+    for bound in wrong:
+        with pytest.raises(LpbError, match=r"action_bound: found .*; allowed: a positive number, or a list of 3"):
+            ScenarioEnvironment(arm, action_bound=bound)
+
+
+def test_the_bound_of_the_space_limits_no_action(write: Write) -> None:
+    environment = gymnasium.make("lpb/Scenario-v0", scenario=write(family("planar_arm")), action_bound=0.5).unwrapped
+    assert isinstance(environment, ScenarioEnvironment)
+    environment.reset(seed=0)
+    environment.step([40.0, 0.0, 0.0])
+    assert (environment.applied[0], environment.saturated_steps) == (40.0, 0)
 
 
 def test_observations_are_in_their_space(write: Write) -> None:
@@ -122,20 +183,79 @@ def test_a_seed_is_a_problem(write: Write) -> None:
     assert environment.problem.problem_hash == draw_problem(load_scenario(path), 3).problem_hash
 
 
-def test_without_a_seed_the_scenarios_own_comes_first(write: Write) -> None:
-    environment = ScenarioEnvironment(write(family(seed=11)))
+def test_without_a_seed_problems_differ(write: Write) -> None:
+    environment, other = (ScenarioEnvironment(write(family(seed=11))) for _ in range(2))
     environment.reset()
-    assert environment.problem.seed == 11
-    environment.reset()
-    assert environment.problem.seed != 11
-    environment.reset()
-    third = environment.problem.seed
+    other.reset()
+    assert environment.problem.seed != other.problem.seed
     environment.reset(seed=5)
     environment.reset()
     after = environment.problem.seed
-    environment.reset(seed=5)
-    environment.reset()
-    assert environment.problem.seed == after != third
+    other.reset(seed=5)
+    other.reset()
+    assert other.problem.seed == after != 5
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_parallel_environments_start_with_different_problems(write: Write, mode: str) -> None:
+    path = write(family())
+    # As gymnasium.make_vec does, with environments in processes of their own under `async`.
+    vector = gymnasium.make_vec("lpb/Scenario-v0", num_envs=3, vectorization_mode=mode, scenario=str(path))
+    try:
+        goals = vector.reset()[0]["goal_reach"]
+        assert len({tuple(goal) for goal in goals.tolist()}) == 3
+        seeded, _ = vector.reset(seed=7)
+        expected = [draw_problem(load_scenario(path), seed).to_dict()["goal"][0]["target"] for seed in (7, 8, 9)]
+        assert_array_equal(seeded["goal_reach"], expected)
+        assert {array.dtype for array in seeded.values()} == {np.dtype(np.float64)}
+        assert list(seeded) == list(vector.single_observation_space.spaces)  # type: ignore[attr-defined] # a Dict
+    finally:
+        vector.close()
+
+
+def test_the_order_of_an_observation_is_ours(write: Write) -> None:
+    environment = ScenarioEnvironment(write(family(randomize=COUNTED)))
+    observation, _ = environment.reset(seed=1)
+    space = environment.observation_space
+    assert list(space.spaces) == list(observation) == ORDER
+    flat = spaces.flatten(space, observation)
+    assert isinstance(flat, np.ndarray)
+    assert_array_equal(flat, np.concatenate([observation[key].ravel() for key in ORDER]))
+    wrapped = gymnasium.wrappers.RescaleAction(
+        gymnasium.wrappers.FlattenObservation(environment), np.float64(-1.0), np.float64(1.0)
+    )
+    assert wrapped.reset(seed=1)[0].shape == flat.shape
+    assert isinstance(wrapped.action_space, spaces.Box)
+    assert_array_equal(wrapped.action_space.high, [1.0, 1.0])
+
+
+def test_what_is_said_of_the_robot_and_the_goal(write: Write) -> None:
+    environment = ScenarioEnvironment(write(family()))
+    _, info = environment.reset(seed=0)
+    assert (info["robot_radius"], info["goal_tolerance"]) == (0.2, 0.1)
+    assert environment.step([0.0, 0.0])[4]["robot_radius"] == 0.2
+    turn = {"name": "turn", "type": "orientation", "link": "end", "target": [1.0], "primary": True}
+    reach = {"type": "position", "link": "end", "target": [1.0, 1.5], "tolerance": 0.1}
+    _, info = ScenarioEnvironment(write(family("planar_arm", goal=[reach, turn], randomize=None))).reset()
+    assert info["robot_radius"] == 0.1
+    assert info["goal_tolerance"] == np.inf
+
+
+WRONG_OPTIONS: list[tuple[Any, str]] = [
+    ({"problme": 1}, r"options: unknown 'problme'; did you mean 'problem'\?; allowed: problem"),
+    ({"seed": 1}, "options: unknown 'seed'; allowed: problem"),
+    ({3: 1}, "options: unknown 3; allowed: problem"),
+    ([1], r"options: found \[1\]; a dict is needed"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), WRONG_OPTIONS)
+def test_wrong_options(write: Write, options: Any, message: str) -> None:
+    environment = ScenarioEnvironment(write(family()))
+    environment.reset(seed=3, options={})
+    with pytest.raises(LpbError, match=message):
+        environment.reset(seed=4, options=options)
+    assert environment.problem.seed == 3
 
 
 def test_observations_are_the_callers_own(write: Write) -> None:
@@ -166,12 +286,14 @@ def test_two_environments_side_by_side(write: Write) -> None:
 
 
 # What an observation holds, of a point with one sub-goal, by section 4 of the contract.
-KEYS = {
+ORDER = [
     *("t", "q", "qd", "u"),
     *("goal_reach", "goal_reach_velocity", "goal_reach_acceleration"),
     *("goal_position", "goal_velocity", "goal_acceleration"),
-    *("obstacle_position", "obstacle_velocity", "obstacle_acceleration", "obstacle_orientation"),
-}
+    *("obstacle_position", "obstacle_velocity", "obstacle_acceleration", "obstacle_orientation", "obstacle_size"),
+    "obstacle_present",
+]
+KEYS = {*ORDER} - {"obstacle_present"}
 
 
 def test_the_keys_of_an_observation(write: Write) -> None:
@@ -193,6 +315,8 @@ def test_padded_rows_can_be_told_from_obstacles(write: Write) -> None:
         expected = [obstacle.motion.evaluate(np.zeros(1))[0][0] for obstacle in environment.problem.obstacles]
         assert_array_equal(observation["obstacle_position"][:number], expected)
         assert not observation["obstacle_position"][number:].any()
+        radii = [obstacle.radius or 0.0 for obstacle in environment.problem.obstacles]
+        assert_array_equal(observation["obstacle_size"], [[2.0 * r] * 2 for r in [*radii, *[0.0] * (5 - number)]])
     assert counts == {2, 3, 4, 5}
 
 
@@ -203,7 +327,7 @@ def test_a_problem_in_place_of_a_scenario() -> None:
     assert environment.problem is problem
     assert observation["obstacle_position"].shape == (0, 2)
     assert info["outcome"] == "running"
-    assert np.isnan(info["clearance"])
+    assert info["clearance"] == np.inf
 
 
 def test_a_problem_among_the_options(write: Write) -> None:
