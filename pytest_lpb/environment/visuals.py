@@ -6,7 +6,9 @@ Round shapes are meshes made here, since PyBullet's own are coarse, and its caps
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,8 @@ import numpy as np
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
-from pytest_lpb.problem.spatial.mesh_files import check_mesh
+from pytest_lpb.problem.spatial.loadable_meshes import loadable
+from pytest_lpb.problem.spatial.mesh_files import check_mesh, is_sound
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.rotations import quaternions_of
 from pytest_lpb.problem.spatial.solids import geometry_of
@@ -78,7 +81,7 @@ def _box(shape: Geometry) -> dict[str, Any]:
 def _mesh(shape: Geometry) -> dict[str, Any]:
     assert shape.file is not None
     check_mesh(shape.file)
-    return {"shapeType": pybullet.GEOM_MESH, "fileName": str(shape.file), "meshScale": list(shape.size)}
+    return {"shapeType": pybullet.GEOM_MESH, "fileName": shape.file, "meshScale": list(shape.size)}
 
 
 _VISUALS: dict[str, Callable[[Geometry], dict[str, Any]]] = {
@@ -93,7 +96,10 @@ _VISUALS: dict[str, Callable[[Geometry], dict[str, Any]]] = {
 def add_body(client: Client, shape: Geometry, color: Color | None) -> int:
     """A body to look at: PyBullet's id. Without a colour it has that of its mesh's file."""
     keywords = _VISUALS[shape.kind](shape) | ({} if color is None else {"rgbaColor": color})
-    visual = client.call("createVisualShape", **keywords)
+    with tempfile.TemporaryDirectory() as folder:
+        if "fileName" in keywords:
+            keywords["fileName"] = str(loadable(keywords["fileName"], Path(folder)))
+        visual = client.call("createVisualShape", **keywords)
     body: int = client.call("createMultiBody", baseMass=0, baseVisualShapeIndex=visual)
     return body
 
@@ -138,6 +144,7 @@ def _shapes_of(robot: SpatialRobot) -> Iterator[tuple[int, Geometry, Color | Non
     """What is seen of a robot: index of the link, shape, and its colour where the file of a mesh does not say it."""
     for index, name in enumerate(robot.link_names):
         link = robot.urdf.link(name)
-        color = None if link.visuals else ROBOT
-        for shape in link.visuals or link.collisions:
+        visuals = [shape for shape in link.visuals if shape.file is None or is_sound(shape.file)]
+        color = None if visuals else ROBOT
+        for shape in visuals or link.collisions:
             yield index, shape, shape.color or color

@@ -31,6 +31,11 @@ def project_of(file: Path) -> Path:
     return next(marked, folder.parent)
 
 
+def allowed_by_user() -> str:
+    """Folders that the user allows besides, as the environment variable has them."""
+    return os.environ.get(ALLOWED, "")
+
+
 def refusal(path: Path, home: Path, more: Sequence[Path] = ()) -> str | None:
     """Why a file may not be named, in words; None when it may.
 
@@ -39,7 +44,7 @@ def refusal(path: Path, home: Path, more: Sequence[Path] = ()) -> str | None:
         home: the project, links followed.
         more: further folders that are allowed.
     """
-    allowed = [home, *more, *(Path(text).resolve() for text in os.environ.get(ALLOWED, "").split(os.pathsep) if text)]
+    allowed = [home, *more, *(Path(text).resolve() for text in allowed_by_user().split(os.pathsep) if text)]
     try:
         resolved = path.resolve()
     except (OSError, RuntimeError):

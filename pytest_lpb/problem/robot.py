@@ -209,8 +209,13 @@ class Robot(ABC):
 
     def _self_collision_pairs(self) -> tuple[tuple[str, str], ...]:
         given = self.entry.get("self_collision_pairs")
-        if given is not None:
+        if given is not None and not isinstance(given, Mapping):
             return tuple((str(first), str(second)) for first, second in given)
+        excepted = {frozenset(pair) for pair in (given or {}).get("except", ())}
+        return tuple(pair for pair in self._default_pairs() if frozenset(pair) not in excepted)
+
+    def _default_pairs(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of bodies that can collide, where a scenario lists none."""
         bodies = self.collision_bodies
         return tuple(
             (first.name, second.name)

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import pandas as pd
 
+from pytest_lpb.documents.faults import capped
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
 from pytest_lpb.names import listed, suggestion
@@ -139,7 +140,7 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     """
     kpis = list(default_registry) if kpi_names is None else default_registry.select(kpi_names)
     rows: list[dict[str, Any]] = []
-    warnings: list[str] = []
+    warnings = _robot_warnings(run.info())
     for path in run.trial_files():
         try:
             rows.append({**_row(_read(run, path), kpis, warnings), "file": str(path)})
@@ -150,6 +151,15 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     trials = pd.DataFrame(rows, columns=columns)
     trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
     return Evaluation(run, trials, kpis, warnings, missing_trials(run.info(), trials))
+
+
+def _robot_warnings(info: Mapping[str, Any]) -> list[str]:
+    """What is probably not meant about the robots of a run, with the scenarios that it is about."""
+    scenarios: dict[str, list[str]] = {}
+    for scenario, texts in (info.get("robot_warnings") or {}).items():
+        for text in texts:
+            scenarios.setdefault(text, []).append(scenario)
+    return [f"{', '.join(capped(names))}: {text}" for text, names in scenarios.items()]
 
 
 def _read(run: RunFolder, path: Path) -> Trajectory:

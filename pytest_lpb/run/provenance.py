@@ -5,16 +5,19 @@ from __future__ import annotations
 import os
 import platform
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_lpb.errors import LpbError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.study.family import Family
 from pytest_lpb.trial.specification import usable_cores
+
+if TYPE_CHECKING:
+    from pytest_lpb.problem.spatial.robot import SpatialRobot
 
 SCHEMA_VERSION = 1
 PACKAGES = (
@@ -59,30 +62,45 @@ def run_information(
         **options,
         "planners": {planner.name: planner.to_dict() for planner in planners},
         "scenarios": {key: family.description() for key, family in families.items()},
-        "self_collision_left_out": _left_out(spatial),
+        **_robots(spatial),
         "packages": {name: installed_version(name) for name in PACKAGES},
         "machine": machine(),
         "git": git_state(folder),
     }
 
 
-def _left_out(families: Mapping[str, Family]) -> dict[str, list[list[str]]]:
-    """Pairs of bodies that always overlap, and are therefore not checked for self-collision, by scenario in space."""
+def _robots(families: Mapping[str, Family]) -> dict[str, dict[str, Any]]:
+    """What is to be known of the robots of scenarios in space, by scenario.
+
+    Pairs of bodies that always overlap and are therefore not checked for self-collision; notes on how a URDF was read,
+    and on what of it is not there and not needed; warnings of what is probably not meant.
+    """
+    pairs: dict[str, Any] = {}
+    notes: dict[str, Any] = {}
+    warnings: dict[str, Any] = {}
+    for key, robot in _spatial_robots(families):
+        pairs[key] = [list(pair) for pair in robot.left_out_pairs]
+        if found := robot.notes:
+            notes[key] = found
+        if found := robot.warnings:
+            warnings[key] = found
+    return {"self_collision_left_out": pairs, "robot_notes": notes, "robot_warnings": warnings}
+
+
+def _spatial_robots(families: Mapping[str, Family]) -> Iterator[tuple[str, SpatialRobot]]:
     if not families:
-        return {}
+        return
     # Imported late: it costs nothing where nothing is in space.
     from pytest_lpb.problem.robot import robot_from
     from pytest_lpb.problem.spatial.robot import SpatialRobot
 
-    pairs = {}
     for key, family in families.items():
         try:
             robot = robot_from(family.scenario().concrete["robot"])
         except LpbError:
             continue  # an error where the scenario is collected
         if isinstance(robot, SpatialRobot):
-            pairs[key] = [list(pair) for pair in robot.left_out_pairs]
-    return pairs
+            yield key, robot
 
 
 def machine() -> dict[str, Any]:

@@ -118,6 +118,8 @@ class _RunFile(_Part):
     planners: dict[Name, _Planner] = {}
     scenarios: dict[Key, _Scenario] = {}
     self_collision_left_out: dict[str, list[list[str]]] | None = None
+    robot_notes: dict[str, list[str]] | None = None
+    robot_warnings: dict[Key, list[str]] | None = None
     packages: dict[str, str | None] | None = None
     machine: _Machine | None = None
     git: _Git | None = None

@@ -9,7 +9,8 @@ from typing import Any
 from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.allowed import project_of, refusal
-from pytest_lpb.problem.paths import PLACES
+from pytest_lpb.problem.packages import SCHEME, PackageFinder
+from pytest_lpb.problem.paths import located_paths
 
 
 def escapes(data: Any, scenario: Path) -> list[Fault]:
@@ -19,12 +20,20 @@ def escapes(data: Any, scenario: Path) -> list[Fault]:
         data: the file's content, paths absolute.
         scenario: the file.
     """
-    named = list(_named(data))
+    # A text with \0 is no file's name; the check that the file is there says so.
+    named = [(loc, path) for loc, path in located_paths(data) if "\0" not in path]
     if not named:
         return []
     home = project_of(scenario)
-    faults = [Fault(loc, f"{path} {refused}") for loc, path in named if (refused := refusal(Path(path), home))]
+    faults = [fault for loc, path in named if (fault := _fault(loc, path, scenario, home))]
     return faults or [fault for loc, path in named if loc == URDF for fault in _escaping_meshes(loc, Path(path), home)]
+
+
+def _fault(loc: Loc, path: str, scenario: Path, home: Path) -> Fault | None:
+    if path.startswith(SCHEME):  # the others of packages have become absolute
+        return Fault(loc, f"{path} is not there; {PackageFinder(scenario.absolute()).searched(path)}")
+    refused = refusal(Path(path), home)
+    return Fault(loc, f"{path} {refused}") if refused else None
 
 
 URDF: Loc = ("robot", "urdf")
@@ -38,16 +47,3 @@ def _escaping_meshes(loc: Loc, urdf: Path, home: Path) -> Iterator[Fault]:
         yield from (Fault(loc, text) for text in escaping_meshes(urdf, home))
     except ScenarioError:
         return  # it cannot be read, which is told with the robot's other faults
-
-
-def _named(data: Any) -> Iterator[tuple[Loc, str]]:
-    """Places of paths, and the paths."""
-    for section, key in PLACES if isinstance(data, dict) else ():
-        part = data.get(section)
-        entries: list[tuple[Loc, Any]] = [((section,), part)]
-        if isinstance(part, list):
-            entries = [((section, index), item) for index, item in enumerate(part)]
-        for loc, entry in entries:
-            path = entry.get(key) if isinstance(entry, dict) else None
-            if isinstance(path, str) and "\0" not in path:  # no file's name; the check that the file is there says so
-                yield (*loc, key), path

@@ -13,6 +13,7 @@ from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.robot import Robot
 from pytest_lpb.scenario.schema.success import Success
+from pytest_lpb.scenario.self_collision import concrete_pairs
 from pytest_lpb.scenario.structure import MODELS, Structure
 
 DEFAULT_HOLD_TIME = 0.5  # [s]
@@ -26,11 +27,13 @@ Plain = dict[str, Any]
 
 def concrete_form(file: ScenarioFile, structure: Structure) -> Plain:
     """What `Problem.from_dict` reads; a scenario file of this content gives the same form again."""
+    robot = _robot(file.robot) if is_planar(file.robot) else _spatial_robot(file.robot)
+    robot["self_collision_pairs"] = concrete_pairs(file.robot, structure.links, structure.bodies)
     return {
         "version": 1,
         "description": file.description,
         "tags": list(file.tags),
-        "robot": _robot(file.robot) if is_planar(file.robot) else _spatial_robot(file.robot),
+        "robot": robot,
         "environment": _environment(file.environment),
         "start": _start(file.start, structure),
         "goal": _goals(file.goal),
@@ -60,7 +63,6 @@ def _robot(robot: Robot) -> Plain:
         robot.collision if isinstance(robot.collision, str) else robot.collision.model_dump(exclude_none=True)
     )
     plain["limits"] = {key: getattr(robot.limits, key, None) for key in ("position", "velocity", "acceleration")}
-    plain["self_collision_pairs"] = robot.self_collision_pairs
     return plain
 
 

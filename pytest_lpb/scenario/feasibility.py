@@ -31,9 +31,15 @@ def start_fault(robot: Robot, q: Sequence[float], obstacles: Sequence[Obstacle])
         distance, body, other = space.self_clearance(q)
         if distance < -space.contact_slack_m:
             return (
-                f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; choose another start"
+                f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; "
+                f"choose another start, or{_way_out(body, other)}"
             )
     return None
+
+
+def _way_out(body: str, other: str) -> str:
+    """How to say that two bodies may overlap."""
+    return f" if they overlap by design, robot: {{self_collision_pairs: {{except: [[{body}, {other}]]}}}}"
 
 
 def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obstacles: Sequence[Obstacle]) -> str | None:
@@ -51,12 +57,16 @@ def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obsta
         if any(is_free(space, q.tolist(), -space.contact_slack_m) for q in configurations):
             return None
         distance, body, obstacle = max(space.clearance(q.tolist()) for q in configurations)
+        _, one, other = max(space.self_clearance(q.tolist()) for q in configurations)
     if distance < 0.0:
         return (
             f"the goal is in collision: wherever it is reached, {body!r} is {-distance:.3g} m or more inside "
             f"obstacle {obstacle!r}; move the goal or the obstacle"
         )
-    return "the goal is in self-collision: the robot's own bodies overlap in every configuration found"
+    return (
+        f"the goal is in self-collision: {one!r} overlaps {other!r}, or other bodies of the robot each other, in every "
+        f"configuration found; choose another goal, or{_way_out(one, other)}"
+    )
 
 
 def _described(goal: Sequence[SubGoal]) -> str:

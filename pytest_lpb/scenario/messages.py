@@ -161,7 +161,8 @@ def allowed_keys(model: type[BaseModel], loc: tuple[str | int, ...]) -> list[str
                 if key in candidate.model_fields
                 for pair in _models_in(candidate.model_fields[key].annotation, "")
             ] or candidates
-    return sorted({name for _, candidate in candidates for name in candidate.model_fields})
+    fields = [item for _, candidate in candidates for item in candidate.model_fields.items()]
+    return sorted({field.alias or name for name, field in fields})
 
 
 def _models_in(annotation: Any, tag: str) -> Iterator[tuple[str, type[BaseModel]]]:

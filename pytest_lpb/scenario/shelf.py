@@ -12,6 +12,7 @@ from pytest_lpb.documents.reader import read_yaml
 from pytest_lpb.documents.recognition import SUFFIXES, is_study
 from pytest_lpb.errors import LpbError, ScenarioError
 from pytest_lpb.names import listed, suggestion
+from pytest_lpb.problem.packages import SCHEME
 from pytest_lpb.problem.paths import paths_in
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
@@ -73,7 +74,7 @@ def _entry(path: Path, folder: Path) -> Entry:
     return Entry(
         name=path.relative_to(folder).with_suffix("").as_posix(),
         path=path,
-        files=[path.parent / name for name in paths_in(data)],
+        files=[path.parent / name for name in paths_in(data) if not name.startswith(SCHEME)],
         description=file.description,
         tags=file.tags,
         robot=file.robot.model or Path(file.robot.urdf or "").stem,

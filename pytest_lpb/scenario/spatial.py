@@ -87,8 +87,8 @@ class SpatialDescription:
         if robot.urdf is not None:
             self._check_file(Path(robot.urdf))
         try:
-            if robot.urdf is not None:
-                check_meshes(Path(robot.urdf))
+            if robot.urdf is not None and isinstance(robot.collision, str):
+                check_meshes(Path(robot.urdf))  # others are replaced
             return load_urdf(self._library.path if self._library else Path(robot.urdf or ""))
         except (OSError, ScenarioError) as error:
             raise self._fault(self._source, str(error)) from None
@@ -156,7 +156,8 @@ class SpatialDescription:
         if name not in known:
             message = f"unknown joint {name!r}{suggestion(name, movable)}; allowed: {', '.join(movable)}"
         else:
-            why = "is fixed" if known[name].kind == "fixed" else f"mimics {known[name].mimic[0]!r}"  # type: ignore[index]
+            followed = known[name].mimic
+            why = "is fixed, or held by its limits" if followed is None else f"mimics {followed[0]!r}"
             message = f"joint {name!r} {why}; allowed: {', '.join(movable)}"
         raise RobotFaultError(Fault(("robot", *place), message))
 
@@ -199,7 +200,6 @@ class SpatialDescription:
             if isinstance(robot.collision, str)
             else robot.collision.model_dump(exclude_none=True),
             "limits": self._limits(),
-            "self_collision_pairs": robot.self_collision_pairs,
         }
         return entry
 
@@ -240,7 +240,7 @@ class SpatialDescription:
 
     def _structure(self) -> Structure:
         try:
-            whole = composed({**self.entry, "collision": "geometry"})
+            whole = composed(self.entry)
         except ScenarioError as error:
             raise self._fault("joints", str(error)) from None
         geometry = {link.name for link in whole.urdf.links if link.collisions}

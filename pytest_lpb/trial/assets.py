@@ -18,6 +18,7 @@ from typing import Any
 from pytest_lpb.documents.atomic import recording_error
 from pytest_lpb.errors import RecordingError, ScenarioError
 from pytest_lpb.problem.allowed import project_of, refusal
+from pytest_lpb.problem.packages import write_index
 from pytest_lpb.problem.paths import with_paths
 
 PACKAGE_FILE = "package.xml"  # tells a ROS package, whatever its folder is called
@@ -113,6 +114,7 @@ def _copy_files(files: Sequence[Path], common: Path, folder: Path, digest: str) 
         top, tree = common, Path(work) / "0"  # `tree` is to be what `top` is
         for file in files:
             _copy_with_package_files(file, common, tree)
+        _write_index(files, common, tree)
         while not _stand_alone(tree / files[0].relative_to(top), tree, digest):
             if top == top.parent:
                 return
@@ -122,6 +124,15 @@ def _copy_files(files: Sequence[Path], common: Path, folder: Path, digest: str) 
             top, tree = top.parent, above
             _copy_package_file(top, tree)
         _publish(tree, folder)
+
+
+def _write_index(files: Sequence[Path], common: Path, tree: Path) -> None:
+    """Where copies of packages that ROS knows are: its environment variables lead to the originals."""
+    from pytest_lpb.problem.spatial.urdf_reader import load_urdf
+
+    located = load_urdf(files[0]).located if files[0].suffix == ".urdf" else {}
+    if located:
+        write_index(tree, {name: file.relative_to(common).as_posix() for name, file in located.items()})
 
 
 def _copy_with_package_files(file: Path, common: Path, tree: Path) -> None:

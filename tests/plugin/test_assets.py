@@ -148,3 +148,16 @@ def test_a_planar_run_leaves_out_nothing_and_loads_no_physics(project: Project) 
     run = project.runs()[-1]
     assert read_run(run)["self_collision_left_out"] == {}
     assert not (run / "assets").exists()
+
+
+def test_robots_that_never_collide_are_a_warning_and_what_is_not_needed_a_note(arm: Project) -> None:
+    write_arm(arm.path / "seen.urdf", '<visual><geometry><mesh filename="none.glb"/></geometry></visual>')
+    arm.scenario("scenarios/seen.yaml", ARM.replace("../my_arm/urdf/arm.urdf", "../seen.urdf"))
+    result = arm.run("scenarios/seen.yaml")
+    run = arm.runs()[-1]
+    told = "warning: seen: the robot 'seen' has no collision geometry, so it never collides; give it some in its URDF"
+    assert told in text_of(result)
+    assert "so it never collides" in (run / "report.html").read_text("utf-8")
+    assert list(read_run(run)["robot_warnings"]) == ["seen"]
+    notes = read_run(run)["robot_notes"]["seen"]
+    assert notes[0] == "seen.urdf:1: the visual mesh 'none.glb' is not there; it is not shown"

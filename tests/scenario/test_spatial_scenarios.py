@@ -117,7 +117,7 @@ JOINTS = "allowed: j1, j2"
         ("{model: arm_3d}", "robot.links: is missing; arm_3d needs a count of links, or their lengths [m]"),
         ("{model: racecar, joints: [left_steering_hinge_joint]}", "robot.joints[0]: joint 'left_steering_hinge_joint' is turned by the base's steering angle, delta; it can be neither planned nor locked"),
         ("{model: racecar, locked_joints: {right_steering_hinge_joint: 0}}", "robot.locked_joints.right_steering_hinge_joint: joint 'right_steering_hinge_joint' is turned by the base's steering angle, delta; it can be neither planned nor locked"),
-        ("{model: panda, joints: [panda_joint8]}", "robot.joints[0]: joint 'panda_joint8' is fixed; allowed: panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7, panda_finger_joint1"),
+        ("{model: panda, joints: [panda_joint8]}", "robot.joints[0]: joint 'panda_joint8' is fixed, or held by its limits; allowed: panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7, panda_finger_joint1"),
         ("{model: panda, joints: [panda_finger_joint2]}", "robot.joints[0]: joint 'panda_finger_joint2' mimics 'panda_finger_joint1'; allowed: panda_joint1, panda_joint2, panda_joint3, panda_joint4, panda_joint5, panda_joint6, panda_joint7, panda_finger_joint1"),
     ],
 )  # fmt: skip

@@ -24,7 +24,7 @@ def _digest(path: Path, _changed: int, _size: int) -> str:
 
 
 def asset_files(path: Path) -> tuple[Path, ...]:
-    """A URDF and its meshes, or a mesh alone; in a fixed order."""
+    """A URDF and those of its meshes that are there, or a mesh alone; in a fixed order."""
     path = Path(path).absolute()
     return (path, *load_urdf(path).meshes) if path.suffix == ".urdf" else (path,)
 

@@ -21,7 +21,7 @@ from pytest_lpb.problem.spatial.library import known_robots, library_robot
 from pytest_lpb.problem.spatial.rotations import matrix_of, normalised
 from pytest_lpb.problem.spatial.tree import KinematicTree
 from pytest_lpb.problem.spatial.urdf import Geometry, Joint, Link, UrdfModel, translation
-from pytest_lpb.problem.spatial.urdf_reader import load_urdf
+from pytest_lpb.problem.spatial.urdf_reader import check_meshes_present, load_urdf
 
 WORLD = "lpb_world"  # root of every composed robot; helper links begin with lpb_
 HELPER = "lpb_"
@@ -102,7 +102,7 @@ def _composed(key: str, model: UrdfModel | None) -> Composition:
     if base.joints:
         _add_moving_frame(links, joints, entry.get("base_size"))
     joints.append(Joint("lpb_mount", "fixed", links[-1].name, robot.root, pose))
-    whole = UrdfModel(model.name, (*links, *robot.links), (*joints, *robot.joints), model.path)
+    whole = replace(model, links=(*links, *robot.links), joints=(*joints, *robot.joints))
     own = tuple(link.name for link in whole.links if not link.name.startswith(HELPER))
     urdf = with_collision(whole, entry.get("collision") or "geometry", own)
     repeated = {link.name for link in robot.links} & {link.name for link in links}
@@ -141,8 +141,12 @@ def pose_of(given: Mapping[str, Any] | None) -> FloatArray:
 
 
 def with_collision(model: UrdfModel, collision: str | Mapping[str, Any], own: tuple[str, ...]) -> UrdfModel:
-    """The model with the collision geometry that `robot.collision` asks for."""
+    """The model with the collision geometry that `robot.collision` asks for.
+
+    Raises ScenarioError for a mesh that this takes and that is not there.
+    """
     if isinstance(collision, str):
+        check_meshes_present(model)
         return model
     spheres = dict(_spheres(collision, own))
     return replace(model, links=tuple(replace(link, collisions=spheres.get(link.name, ())) for link in model.links))

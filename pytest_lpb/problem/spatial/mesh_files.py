@@ -16,9 +16,14 @@ from pytest_lpb.bounded import read_bounded, regular_file
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.allowed import project_of, refusal
 from pytest_lpb.problem.spatial.library import is_installed
-from pytest_lpb.problem.spatial.mesh_limits import MAX_MATERIAL_BYTES, MAX_MESH_BYTES, MAX_TEXTURE_BYTES
+from pytest_lpb.problem.spatial.mesh_limits import (
+    MAX_MATERIAL_BYTES,
+    MAX_MESH_BYTES,
+    MAX_TEXTURE_BYTES,
+    MESH_SUFFIXES,
+)
 from pytest_lpb.problem.spatial.meshes_of_collada import check_collada
-from pytest_lpb.problem.spatial.meshes_of_stl import check_stl, is_text
+from pytest_lpb.problem.spatial.meshes_of_stl import check_stl
 from pytest_lpb.problem.spatial.meshes_of_wavefront import check_wavefront, materials_of, textures_of
 from pytest_lpb.problem.spatial.textures import check_texture
 
@@ -46,14 +51,15 @@ def check_mesh(path: Path) -> None:
     _checked(path, Path.cwd(), stat.st_mtime_ns, stat.st_size)
 
 
-def check_obstacle_mesh(path: Path) -> None:
-    """Check the mesh of an obstacle: the same, and no STL of text, which ends PyBullet where it makes one by hand.
-
-    Raises ScenarioError.
-    """
-    check_mesh(path)
-    if path.suffix.lower() == ".stl" and is_text(read_bounded(path, MAX_MESH_BYTES, ScenarioError)):
-        raise ScenarioError(f"{path}: is an STL of text, which PyBullet cannot read; save it as a binary STL")
+def is_sound(path: Path) -> bool:
+    """Whether a mesh file is there, of a kind that is read, and passes `check_mesh`."""
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        return False
+    try:
+        check_mesh(path)
+    except ScenarioError:
+        return False
+    return True
 
 
 @lru_cache(maxsize=1024)

@@ -9,3 +9,4 @@ MAX_MATERIAL_BYTES = 1_000_000
 MAX_TEXTURE_BYTES = 100_000_000
 MAX_TEXTURE_PIXELS = 8_192 * 8_192
 MAX_LINES = 3_000_000  # of text
+MESH_SUFFIXES = (".obj", ".stl", ".dae")  # kinds of files that PyBullet reads

@@ -13,6 +13,7 @@ import numpy as np
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.loadable_meshes import loadable
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.problem.spatial.urdf import Geometry, Link, UrdfModel
@@ -33,8 +34,8 @@ def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
 @lru_cache(maxsize=256)
 def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _size: int) -> FloatArray:
     # As a robot's link: PyBullet reads more kinds of files for robots than for bodies made by hand.
-    link = Link("mesh", (Geometry("mesh", scale, file=path),))
     with tempfile.TemporaryDirectory() as folder:
+        link = Link("mesh", (Geometry("mesh", scale, file=loadable(path, Path(folder))),))
         file = Path(folder) / "mesh.urdf"
         file.write_text(urdf_text(UrdfModel("mesh", (link,), ())), encoding="utf-8")
         client = Client()

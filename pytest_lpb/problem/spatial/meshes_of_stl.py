@@ -30,7 +30,7 @@ def corners_of(content: bytes) -> NDArray[np.float64]:
         rows = np.frombuffer(content, TRIANGLE, _count(content), HEADER_BYTES + 4)
         return np.asarray(rows["numbers"][:, 1:], dtype=float)
     lines = (line.split() for line in content.decode("ascii", errors="replace").splitlines())
-    corners = [[float(number) for number in parts[1:4]] for parts in lines if parts[:1] == ["vertex"]]
+    corners = [[float(number) for number in parts[1:4]] for parts in lines if parts and parts[0].lower() == "vertex"]
     return np.array(corners).reshape(-1, 3, 3)
 
 

@@ -15,7 +15,7 @@ from pytest_lpb.problem.planar.robot import integrate_holonomic
 from pytest_lpb.problem.robot import CollisionBody, FloatArray, Robot
 from pytest_lpb.problem.spatial.assets import assets_digest
 from pytest_lpb.problem.spatial.base import BASES
-from pytest_lpb.problem.spatial.composition import composed
+from pytest_lpb.problem.spatial.composition import composed, model_of
 from pytest_lpb.problem.spatial.groups import RigidGroups
 from pytest_lpb.problem.spatial.rotations import quaternions_of
 from pytest_lpb.problem.spatial.urdf import Joint
@@ -189,20 +189,19 @@ class SpatialRobot(Robot):
     def _adjacent(self, first: str, second: str) -> bool:
         return RigidGroups(self.urdf, self.joint_names).adjacent(first, second)
 
-    def _self_collision_pairs(self) -> Pairs:
-        given = self.entry.get("self_collision_pairs")
-        if given is not None:
-            return tuple((str(first), str(second)) for first, second in given)
+    def _default_pairs(self) -> Pairs:
         return self._chosen_pairs()[0]
 
     @property
     def left_out_pairs(self) -> Pairs:
-        """Pairs of bodies that could be checked for collisions, but always overlap; empty where pairs are given."""
-        return () if self.entry.get("self_collision_pairs") is not None else self._chosen_pairs()[1]
+        """Pairs of bodies that could be checked for collisions, but always overlap; empty where pairs are listed."""
+        given = self.entry.get("self_collision_pairs")
+        return () if given is not None and not isinstance(given, Mapping) else self._chosen_pairs()[1]
 
     def _chosen_pairs(self) -> tuple[Pairs, Pairs]:
         """Default pairs, and those left out; found once per robot and process, since it takes a simulated world."""
-        parts = {name: value for name, value in self.entry.items() if name not in ("name", "control")}
+        beside = ("name", "control", "self_collision_pairs")  # which the default does not depend on
+        parts = {name: value for name, value in self.entry.items() if name not in beside}
         key = canonical_json([parts, self._files_digest()])
         if key not in _default_pairs:
             from pytest_lpb.problem.spatial.space import always_overlapping
@@ -221,6 +220,27 @@ class SpatialRobot(Robot):
 
     def _files_digest(self) -> str | None:
         return None if self.urdf.path is None else assets_digest(self.urdf.path)
+
+    @property
+    def notes(self) -> list[str]:
+        """How the URDF was read where there are several ways, and what of it is not there and not needed."""
+        from pytest_lpb.problem.spatial.robot_files import replaced_faults, visual_faults
+
+        found = [*self.urdf.notes, *visual_faults(self.urdf)]
+        if self.entry.get("collision", "geometry") != "geometry":
+            found += replaced_faults(model_of(self.entry))
+        return found
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is probably not meant."""
+        found = list(self.urdf.warnings)
+        if not self.body_names:
+            found.append(
+                f"the robot {self.name!r} has no collision geometry, so it never collides; give it some in its URDF, "
+                "or in the scenario: collision: {spheres: ..} or {link_spheres: r}"
+            )
+        return found
 
     def hashed(self) -> dict[str, Any]:
         """What identifies the robot wherever its files lie: its entry, with a digest of the files for their place."""

@@ -8,7 +8,9 @@ concave meshes have none.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from math import hypot, sqrt
 from pathlib import Path
@@ -16,7 +18,8 @@ from typing import Any
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial.client import Client, pybullet
-from pytest_lpb.problem.spatial.mesh_files import check_obstacle_mesh
+from pytest_lpb.problem.spatial.loadable_meshes import loadable
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
 
 HULL_MARGIN_M = 0.001  # [m] Bullet's margin around boxes, cylinders and convex hulls
 
@@ -106,10 +109,15 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
     Raises ScenarioError for a mesh that cannot be read.
     """
     if entry.get("file"):
-        check_obstacle_mesh(Path(entry["file"]))
+        check_mesh(Path(entry["file"]))
     shape = BULLET_SHAPES[entry["shape"]](entry)
     try:
-        collision = client.call("createCollisionShape", **shape.keywords)
+        with ExitStack() as stack:
+            keywords = dict(shape.keywords)
+            if "fileName" in keywords:
+                folder = stack.enter_context(tempfile.TemporaryDirectory())
+                keywords["fileName"] = str(loadable(Path(keywords["fileName"]), Path(folder)))
+            collision = client.call("createCollisionShape", **keywords)
     except pybullet.error:
         raise ScenarioError(
             f"obstacle {entry['name']!r}: PyBullet cannot read {entry.get('file', entry['shape'])}; "

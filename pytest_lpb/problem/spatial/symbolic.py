@@ -9,8 +9,7 @@ import numpy as np
 
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.robot import SpatialRobot
-from pytest_lpb.problem.spatial.urdf import Joint
-from pytest_lpb.problem.spatial.variants import joint_motion
+from pytest_lpb.problem.spatial.urdf import Joint, joint_motion
 
 
 def casadi_kinematics(robot: SpatialRobot, q: Any, link: str) -> tuple[Any, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
-from pytest_lpb.problem.spatial.mesh_files import check_mesh
+from pytest_lpb.problem.spatial.mesh_files import check_mesh, is_sound
 from pytest_lpb.problem.spatial.meshes_of_stl import corners_of
 
 
@@ -30,8 +30,8 @@ def mesh_triangles(path: Path) -> FloatArray:
 
 
 def can_be_read(path: Path) -> bool:
-    """Whether a mesh's file is there, and of a kind whose triangles are read."""
-    return path.suffix.lower() in _READERS and path.is_file()
+    """Whether a mesh's file is there, of a kind whose triangles are read, and sound."""
+    return path.suffix.lower() in _READERS and path.is_file() and is_sound(path)
 
 
 def _from_obj(path: Path) -> FloatArray:

@@ -5,9 +5,10 @@ Reading is in `urdf_reader`, writing in `urdf_writer`. Lengths in m, angles in r
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf
+from math import cos, inf, sin
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,8 @@ class Geometry:
         size: box: full lengths [m]; sphere: (radius,); cylinder and capsule: (radius, length) along z, a capsule's
             between its cap centres; mesh: scale per axis.
         origin: pose in the link's frame, (4, 4).
-        file: of a mesh, absolute.
+        file: of a mesh, absolute; None where it is not there.
+        missing: of such a mesh, what to say of it.
         color: red, green, blue, opacity in [0, 1]; of visuals.
         line: of the URDF file, where it names a mesh.
     """
@@ -51,6 +53,7 @@ class Geometry:
     file: Path | None = None
     color: tuple[float, float, float, float] | None = None
     line: int = 0
+    missing: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +100,39 @@ class Joint:
     mimic: tuple[str, float, float] | None = None
 
 
+def joint_motion(joint: Joint, position: float) -> FloatArray:
+    """Pose (4, 4) of a joint's child link relative to the joint's frame, at a position [rad or m]."""
+    pose = np.eye(4)
+    axis = np.asarray(joint.axis, dtype=float)
+    if joint.kind == "prismatic":
+        pose[:3, 3] = position * axis
+    elif joint.kind == "revolute":
+        x, y, z = axis
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        pose[:3, :3] = np.eye(3) + sin(position) * cross + (1.0 - cos(position)) * cross @ cross  # Rodrigues
+    return pose
+
+
 @dataclass(frozen=True, eq=False)
 class UrdfModel:
-    """A robot's links, parents before children, and the joints in the order of their child links."""
+    """A robot's links, parents before children, and the joints in the order of their child links.
+
+    Attributes:
+        path: of the file; None for a robot that has none.
+        notes: what was read in one of several ways, or is not there and not needed; no fault.
+        warnings: what is probably not meant.
+        absent: names of meshes, as the file has them, that are not there.
+        located: files of meshes whose packages the environment variables of ROS name, by `package://NAME/..`.
+    """
 
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     path: Path | None = None
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
+    located: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def root(self) -> str:

@@ -12,15 +12,20 @@ import numpy as np
 from pytest_lpb.bounded import read_bounded, regular_file
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.names import listed, suggestion
+from pytest_lpb.problem.allowed import allowed_by_user, project_of, refusal
+from pytest_lpb.problem.packages import SCHEME, PackageFinder, environment
 from pytest_lpb.problem.robot import FloatArray
-from pytest_lpb.problem.spatial.rotations import matrix_of_rpy
+from pytest_lpb.problem.spatial.mesh_limits import MESH_SUFFIXES
+from pytest_lpb.problem.spatial.rotations import matrix_of, matrix_of_rpy, normalised
 from pytest_lpb.problem.spatial.urdf import Geometry, Inertial, Joint, Link, UrdfModel
+from pytest_lpb.problem.spatial.urdf_limits import with_ranges
 from pytest_lpb.problem.spatial.urdf_tree import in_tree_order
 from pytest_lpb.problem.spatial.xml_reader import Element, parse_xml
 
 MAX_URDF_BYTES = 10_000_000
 MAX_LINKS = 2_000
 MAX_LENGTH_M = 1e4
+VERSION = re.compile(r"1(?:\.(\d{1,3}))?")
 
 # What roslaunch would replace: the default of an environment variable.
 OPTENV = re.compile(r"\$\(optenv\s+\S+\s*(.*)\)")
@@ -31,17 +36,33 @@ KINDS = {"fixed": "fixed", "revolute": "revolute", "continuous": "revolute", "pr
 def load_urdf(path: Path) -> UrdfModel:
     """The robot of a URDF file; a file that has not changed is read once.
 
-    Raises ScenarioError, with `file:line` where there is one, for a file that is no URDF, a missing mesh, unknown
-    links, a joint type that cannot be simulated, several roots or a loop.
+    A visual that cannot be shown is left away with a note. A collision mesh that is not there is kept as `missing`: a
+    scenario may replace it, see `check_meshes_present`.
+
+    Raises ScenarioError, with `file:line` where there is one, for a file that is no URDF, unknown links, a joint type
+    that cannot be simulated, several roots or a loop.
     """
     path = Path(path).absolute()
     stat = regular_file(path, ScenarioError)
-    return _load(path, stat.st_mtime_ns, stat.st_size)
+    key = (path, stat.st_mtime_ns, stat.st_size, environment(), allowed_by_user())
+    model = _load(*key)
+    if any(_found_now(name, path) for name in model.absent):
+        _load.cache_clear()
+        model = _load(*key)
+    return model
 
 
 @lru_cache(maxsize=64)
-def _load(path: Path, _changed: int, _size: int) -> UrdfModel:
+def _load(path: Path, _changed: int, _size: int, _packages: object, _allowed: object) -> UrdfModel:
     return _Reader(path).model()
+
+
+def check_meshes_present(model: UrdfModel) -> None:
+    """Raise ScenarioError, `file:line: ..`, for a collision mesh that is not there."""
+    for link in model.links:
+        for shape in link.collisions:
+            if shape.missing:
+                raise ScenarioError(shape.missing)
 
 
 class _Reader:
@@ -49,6 +70,11 @@ class _Reader:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._packages = PackageFinder(path)
+        self._notes: list[str] = []
+        self._warnings: list[str] = []
+        self._absent: list[str] = []
+        self._located: dict[str, Path] = {}
         root = parse_xml(read_bounded(path, MAX_URDF_BYTES, ScenarioError), path)
         if root.tag != "robot":
             hint = "; run xacro on it first" if path.suffix == ".xacro" else ""
@@ -56,6 +82,7 @@ class _Reader:
         if any(child.tag.startswith("xacro:") for child in root.children):
             raise self._fault(root, "found xacro macros; run xacro on it first and use what it writes")
         self._root = root
+        self._version = self._schema_version()
         self._colors = {
             element.attributes.get("name", ""): color
             for element in root.all("material")
@@ -64,6 +91,14 @@ class _Reader:
 
     def _fault(self, element: Element, what: str) -> ScenarioError:
         return ScenarioError(f"{self._path}:{element.line}: {what}")
+
+    def _schema_version(self) -> tuple[int, int]:
+        """Of URDF, (1, 0) where the file gives none."""
+        text = self._root.attributes.get("version", "1.0")
+        found = VERSION.fullmatch(text.strip())
+        if found is None:
+            raise self._fault(self._root, f"found the version {text!r} of URDF; allowed: 1.0, 1.1 and others of 1")
+        return 1, int(found.group(1) or 0)
 
     def model(self) -> UrdfModel:
         links: dict[str, Link] = {}
@@ -86,8 +121,21 @@ class _Reader:
                 raise self._fault(
                     element, f"mimics {mimic[0]!r}, which mimics another; name the one that moves by itself"
                 )
+        joints, held, limits = with_ranges(joints)
         ordered_links, ordered_joints = in_tree_order(links, joints, self._path)
-        return UrdfModel(self._root.attributes.get("name", self._path.stem), ordered_links, ordered_joints, self._path)
+        return UrdfModel(
+            self._root.attributes.get("name", self._path.stem),
+            ordered_links,
+            ordered_joints,
+            self._path,
+            tuple(dict.fromkeys([*self._notes, *(f"{self._path.name}: {note}" for note in held)])),
+            (*self._warnings, *(f"{self._path.name}: {warning}" for warning in limits)),
+            tuple(dict.fromkeys(self._absent)),
+            self._located,
+        )
+
+    def _note(self, element: Element, what: str) -> str:
+        return f"{self._path.name}:{element.line}: {what}"
 
     def _name(self, element: Element, taken: object) -> str:
         name = element.attributes.get("name")
@@ -101,7 +149,7 @@ class _Reader:
         return Link(
             name,
             tuple(self._geometry(part) for part in element.all("collision")),
-            tuple(self._geometry(part) for part in element.all("visual")),
+            tuple(shape for part in element.all("visual") if (shape := self._visual(part)) is not None),
             self._inertial(element.find("inertial")),
         )
 
@@ -122,6 +170,35 @@ class _Reader:
                 inertia[row, column] = inertia[column, row] = self._number(given, key, 0.0)
         return Inertial(self._number(mass, "value", 0.0), self._origin(element), inertia)
 
+    def _visual(self, element: Element) -> Geometry | None:
+        """What is seen of a link; None, with a note, for what cannot be shown: nothing else needs it."""
+        try:
+            shape = self._geometry(element)
+        except ScenarioError as error:
+            self._notes.append(f"{self._without_folder(error)}; it is not shown")
+            return None
+        if shape.kind != "mesh":
+            return shape
+        name = self._name_of_mesh(element)
+        if shape.file is None:
+            why: str | None = "is not there"
+        elif shape.file.suffix.lower() not in MESH_SUFFIXES:
+            why = f"is no {listed(MESH_SUFFIXES)} file"
+        else:
+            why = refusal(shape.file, project_of(self._path)) if name in self._located else None
+        if why:
+            self._located.pop(name, None)
+            self._notes.append(self._note(element, f"the visual mesh {name!r} {why}; it is not shown"))
+            return None
+        return shape
+
+    def _without_folder(self, error: ScenarioError) -> str:
+        """A fault as a note has it: equal wherever the robot lies."""
+        return str(error).removeprefix(f"{self._path.parent}/")
+
+    def _name_of_mesh(self, element: Element) -> str:
+        return next((part.attributes.get("filename", "") for part in element.below() if part.tag == "mesh"), "")
+
     def _geometry(self, element: Element) -> Geometry:
         geometry = element.find("geometry")
         shape = geometry.children[0] if geometry is not None and geometry.children else None
@@ -136,9 +213,9 @@ class _Reader:
             raise self._fault(
                 shape, f"found the size {list(size)}; lengths above 0 m and up to {MAX_LENGTH_M:g} m are required"
             )
-        file = self._mesh(shape) if shape.tag == "mesh" else None
+        file, missing = self._mesh(shape) if shape.tag == "mesh" else (None, "")
         return Geometry(
-            shape.tag, size, self._origin(element), file, self._material(element.find("material")), shape.line
+            shape.tag, size, self._origin(element), file, self._material(element.find("material")), shape.line, missing
         )
 
     def _material(self, element: Element | None) -> tuple[float, float, float, float] | None:
@@ -150,15 +227,26 @@ class _Reader:
         color = element.find("color")
         if color is None:
             return None
-        r, g, b, a = self._numbers(color, "rgba", None, 4)
+        try:
+            r, g, b, a = self._numbers(color, "rgba", None, 4)
+        except ScenarioError as error:
+            self._notes.append(f"{self._without_folder(error)}; this colour is not shown")
+            return None
         return (r, g, b, a)
 
-    def _mesh(self, shape: Element) -> Path:
+    def _mesh(self, shape: Element) -> tuple[Path | None, str]:
+        """The file of a mesh; or None, and what to say of one that is not there."""
         name = shape.attributes.get("filename", "")
-        found = _resolved(name, self._path)
-        if found is None:
-            raise self._fault(shape, f"the mesh {name!r} is not there; looked for it from {self._path.parent}")
-        return found
+        found = _resolved(name, self._path, self._packages)
+        if found is not None:
+            if name.startswith(SCHEME) and self._packages.find_above(name) is None:
+                self._located[name] = found
+            return found, ""
+        self._absent.append(name)
+        where = f"looked for it from {self._path.parent}"
+        if name.startswith(SCHEME):
+            where = self._packages.searched(name)
+        return None, str(self._fault(shape, f"the mesh {name!r} is not there; {where}"))
 
     def _joint(self, element: Element, name: str, links: dict[str, Link]) -> Joint:
         given = element.attributes.get("type", "")
@@ -204,8 +292,15 @@ class _Reader:
         if kind == "continuous":
             return (-inf, inf, *rates)
         lower, upper = self._number(limit, "lower", 0.0), self._number(limit, "upper", 0.0)
-        # As PyBullet and others read it: limits that leave no motion are none.
-        return (lower, upper, *rates) if lower < upper else (-inf, inf, *rates)
+        given = [key for key in ("lower", "upper") if key in limit.attributes]
+        name = element.attributes["name"]
+        if len(given) == 1 and kind != "fixed":
+            self._notes.append(self._note(limit, f"joint {name!r} has the limit {given[0]} alone; the other is 0"))
+        if lower > upper and kind != "fixed":
+            what = f"joint {name!r}: lower {lower:g} is above upper {upper:g}; it is taken to be unlimited"
+            self._warnings.append(self._note(limit, what))
+        # 0 and 0, and bounds in the wrong order, stand for none, as PyBullet and others read them.
+        return (-inf, inf, *rates) if lower > upper or lower == upper == 0.0 else (lower, upper, *rates)
 
     def _axis(self, element: Element) -> tuple[float, float, float]:
         part = element.find("axis")
@@ -226,9 +321,23 @@ class _Reader:
                 raise self._fault(
                     origin, f"found {pose[:3, 3].tolist()} m; allowed are numbers within ±{MAX_LENGTH_M:g}"
                 )
-            pose[:3, :3] = matrix_of_rpy(*self._numbers(origin, "rpy", (0.0, 0.0, 0.0), 3))
+            pose[:3, :3] = self._rotation(origin)
         pose.flags.writeable = False
         return pose
+
+    def _rotation(self, origin: Element) -> FloatArray:
+        """From rpy [rad], or since URDF 1.1 from the quaternion quat_xyzw, which is normalised: (3, 3)."""
+        if "quat_xyzw" not in origin.attributes:
+            return matrix_of_rpy(*self._numbers(origin, "rpy", (0.0, 0.0, 0.0), 3))
+        if self._version < (1, 1):
+            what = 'found quat_xyzw, which readers of URDF 1.0 pass over; write rpy, or <robot version="1.1">'
+            raise self._fault(origin, what)
+        if "rpy" in origin.attributes:
+            raise self._fault(origin, "found rpy and quat_xyzw; one of them is required")
+        x, y, z, w = self._numbers(origin, "quat_xyzw", None, 4)
+        if sqrt(x * x + y * y + z * z + w * w) < 1e-9:
+            raise self._fault(origin, "found a quaternion of zeros; it has no direction")
+        return matrix_of(normalised((w, x, y, z)))
 
     def _number(self, element: Element, key: str, default: float) -> float:
         return self._numbers(element, key, (default,), 1)[0]
@@ -256,22 +365,23 @@ _SIZES: dict[str, tuple[tuple[str, tuple[float, ...] | None, int], ...]] = {
 }
 
 
-def _resolved(name: str, urdf: Path) -> Path | None:
+def _resolved(name: str, urdf: Path, packages: PackageFinder) -> Path | None:
     """The file of a mesh: relative to the URDF, absolute, file:// or package://; None when there is none."""
+    if not name or "\0" in name:
+        return None
     scheme, separator, rest = name.partition("://")
     if not separator:
         return _existing(urdf.parent / name)
     if scheme == "file":
         return _existing(Path(rest))
-    package, _, inside = rest.partition("/")
-    for folder in urdf.parents:
-        for candidate in (folder / inside if folder.name == package else None, folder / package / inside):
-            if candidate is not None and candidate.is_file():
-                return candidate.resolve()
-        # A package's folder may have another name than the package.
-        if (folder / "package.xml").is_file() and (folder / inside).is_file():
-            return (folder / inside).resolve()
-    return None
+    return packages.find(name)
+
+
+def _found_now(name: str, urdf: Path) -> bool:
+    """Whether a mesh that was not there has come; ROS is not searched again for those of its packages."""
+    if name.startswith(SCHEME):
+        return PackageFinder(urdf).find_above(name) is not None
+    return _resolved(name, urdf, PackageFinder(urdf)) is not None
 
 
 def _existing(path: Path) -> Path | None:

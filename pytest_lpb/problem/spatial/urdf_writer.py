@@ -18,7 +18,7 @@ UNLIMITED = 1e9  # [rad, m, ..] how a joint without a limit is written
 
 
 def urdf_text(model: UrdfModel, *, margin: float = 0.0) -> str:
-    """A robot as URDF, with absolute mesh paths.
+    """A robot as URDF, with absolute mesh paths, and without its visuals, which nothing measures.
 
     Args:
         model: the robot.
@@ -31,11 +31,9 @@ def urdf_text(model: UrdfModel, *, margin: float = 0.0) -> str:
 
 
 def _link(link: Link, margin: float) -> str:
-    parts = [f"<link name={quoteattr(link.name)}>", _inertial(link.inertial)]
-    parts += [f"<collision>{_shape(shape, margin)}</collision>" for shape in link.collisions]
-    for index, shape in enumerate(link.visuals):
-        parts.append(f"<visual>{_shape(shape, 0.0)}{_material(shape, f'{link.name}_{index}')}</visual>")
-    return "".join([*parts, "</link>"])
+    # An element to a line: PyBullet cuts lines of 8192 bytes, in the middle of a number if need be.
+    collisions = [f"<collision>{_shape(shape, margin)}</collision>" for shape in link.collisions]
+    return "\n".join([f"<link name={quoteattr(link.name)}>", _inertial(link.inertial), *collisions, "</link>"])
 
 
 def _inertial(inertial: Inertial | None) -> str:
@@ -99,12 +97,6 @@ _SHAPES: dict[str, Callable[[Geometry, float], str]] = {
 
 def _shape(shape: Geometry, margin: float) -> str:
     return f"{_origin(shape.origin)}<geometry>{_SHAPES[shape.kind](shape, margin)}</geometry>"
-
-
-def _material(shape: Geometry, name: str) -> str:
-    if shape.color is None:
-        return ""
-    return f'<material name={quoteattr(name)}><color rgba="{" ".join(map(repr, shape.color))}"/></material>'
 
 
 def _joint(joint: Joint) -> str:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import cos, sin
 
-import numpy as np
-
-from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.urdf import Joint, Link, UrdfModel
+from pytest_lpb.problem.spatial.urdf_limits import fixed_at
 
 PART = "#"  # in the names of links made for further shapes of a link: `hand#1`
 
@@ -23,7 +20,7 @@ def with_locked_joints(model: UrdfModel, locked: Mapping[str, float]) -> UrdfMod
         if joint.mimic is not None and joint.mimic[0] in locked:
             source, multiplier, offset = joint.mimic
             positions[joint.name] = multiplier * locked[source] + offset
-        joints.append(_fixed(joint, positions[joint.name]) if joint.name in positions else joint)
+        joints.append(fixed_at(joint, positions[joint.name]) if joint.name in positions else joint)
     return replace(model, joints=tuple(joints))
 
 
@@ -39,23 +36,6 @@ def driven_joints(robot: SpatialRobot) -> tuple[list[tuple[str, int]], list[tupl
     return planned, [
         (name, index[source], multiplier, offset) for name, source, multiplier, offset in mimics if source in index
     ]
-
-
-def _fixed(joint: Joint, position: float) -> Joint:
-    return replace(joint, kind="fixed", origin=joint.origin @ joint_motion(joint, position), mimic=None)
-
-
-def joint_motion(joint: Joint, position: float) -> FloatArray:
-    """Pose (4, 4) of a joint's child link relative to the joint's frame, at a position [rad or m]."""
-    pose = np.eye(4)
-    axis = np.asarray(joint.axis, dtype=float)
-    if joint.kind == "prismatic":
-        pose[:3, 3] = position * axis
-    elif joint.kind == "revolute":
-        x, y, z = axis
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        pose[:3, :3] = np.eye(3) + sin(position) * cross + (1.0 - cos(position)) * cross @ cross  # Rodrigues
-    return pose
 
 
 def one_shape_per_link(model: UrdfModel) -> tuple[UrdfModel, dict[str, str]]:

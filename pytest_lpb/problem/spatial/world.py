@@ -5,7 +5,6 @@ A world is only geometry: nothing is simulated in it unless an engine steps it.
 
 from __future__ import annotations
 
-import os
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from pathlib import Path
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.loadable_meshes import loadable_model
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.reach import reach_of_joints
 from pytest_lpb.problem.spatial.robot import Frame, SpatialRobot
@@ -74,19 +74,17 @@ class World:
             for shape in link.collisions:
                 if shape.file is not None:
                     check_mesh(shape.file)
-        handle, name = tempfile.mkstemp(suffix=".urdf")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(urdf_text(model, margin=HULL_MARGIN_M))
-            body: int = self.client.call("loadURDF", name, useFixedBase=True, flags=LOAD_FLAGS)
-        except pybullet.error:
-            self.client.close()
-            raise ScenarioError(
-                f"PyBullet cannot load the robot {robot.name!r}; see whether its collision meshes are .obj, .stl or "
-                ".dae files that PyBullet reads"
-            ) from None
-        finally:
-            Path(name).unlink()
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "robot.urdf"
+            file.write_text(urdf_text(loadable_model(model, file.parent), margin=HULL_MARGIN_M), encoding="utf-8")
+            try:
+                body: int = self.client.call("loadURDF", str(file), useFixedBase=True, flags=LOAD_FLAGS)
+            except pybullet.error:
+                self.client.close()
+                raise ScenarioError(
+                    f"PyBullet cannot load the robot {robot.name!r}; see whether its collision meshes are .obj, .stl "
+                    "or .dae files that PyBullet reads"
+                ) from None
         return body
 
     def _index_links(self, robot: SpatialRobot) -> None:

@@ -45,11 +45,17 @@ class Element:
 def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
     """The root element of an XML text. Raises ScenarioError with `path:line`; document types and entities are refused.
 
+    Blanks and empty lines before `<?xml` are passed over.
+
     Args:
         content: the file's bytes.
         path: what to call it in messages.
         kind: of file, for messages.
     """
+    text = content.lstrip(b" \t\r\n")
+    if not text:
+        raise ScenarioError(f"{path}:1: is empty; a {kind} file has elements")
+    above = content[: len(content) - len(text)].count(b"\n")  # lines passed over
     root = Element("", {}, 0)
     open_elements = [root]
     count = 0
@@ -57,7 +63,7 @@ def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
     parser.buffer_text = True
 
     def fault(what: str) -> ScenarioError:
-        return ScenarioError(f"{path}:{parser.CurrentLineNumber}: {what}")
+        return ScenarioError(f"{path}:{above + parser.CurrentLineNumber}: {what}")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal count
@@ -66,7 +72,7 @@ def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
             raise fault(f"more than {MAX_ELEMENTS} elements")
         if len(open_elements) > MAX_DEPTH:
             raise fault(f"elements within elements, {MAX_DEPTH + 1} deep; allowed are {MAX_DEPTH}")
-        element = Element(tag, attributes, parser.CurrentLineNumber)
+        element = Element(tag, attributes, above + parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
 
@@ -78,9 +84,9 @@ def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
     parser.CharacterDataHandler = lambda text: open_elements[-1].texts.append(text)
     parser.StartDoctypeDeclHandler = doctype
     try:
-        parser.Parse(content, True)
+        parser.Parse(text, True)
     except expat.ExpatError as error:
-        raise ScenarioError(f"{path}:{error.lineno}: is no XML: {expat.ErrorString(error.code)}") from None
+        raise ScenarioError(f"{path}:{above + error.lineno}: is no XML: {expat.ErrorString(error.code)}") from None
     except (LookupError, ValueError) as error:
         # An encoding that Python does not know, or that has several bytes for a letter.
         raise ScenarioError(f"{path}:1: is no XML that can be read: {error}") from None

@@ -96,9 +96,9 @@ def check_meshes(obstacles: list[Obstacle]) -> Iterator[Fault]:
 
 def _check_mesh(place: Loc, path: Path) -> Iterator[Fault]:
     # Imported late: most scenarios have no meshes.
-    from pytest_lpb.problem.spatial.mesh_files import check_obstacle_mesh
+    from pytest_lpb.problem.spatial.mesh_files import check_mesh
 
     try:
-        check_obstacle_mesh(path)
+        check_mesh(path)
     except ScenarioError as error:
         yield Fault(place, str(error).removeprefix(f"{path.parent}/"))

@@ -3,11 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 from pytest_lpb.documents.faults import Fault
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.scenario.robots import is_planar
 from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, DIMENSIONS
 from pytest_lpb.scenario.schema.environment import Environment, Start
-from pytest_lpb.scenario.schema.robot import CollisionSpheres, Robot
+from pytest_lpb.scenario.schema.robot import CollisionSpheres, ExceptPairs, Robot
+from pytest_lpb.scenario.self_collision import concrete_pairs
 from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Model, Structure
 
 ENGINES = {dimension: engine for engine, dimension in DIMENSIONS.items()}
@@ -121,16 +123,34 @@ def unknown_name(loc: tuple[str | int, ...], name: str, allowed: Sequence[str], 
         yield Fault(loc, f"unknown {kind} {name!r}{hint}; allowed: {', '.join(allowed)}")
 
 
+PAIRS = ("robot", "self_collision_pairs")
+
+
 def check_pairs(robot: Robot, structure: Structure) -> Iterator[Fault]:
-    """Self-collision pairs name two bodies that exist, each pair once."""
+    """Self-collision pairs, or those that are excepted, name two bodies that exist, each pair once."""
+    given = robot.self_collision_pairs
+    if not isinstance(given, ExceptPairs):
+        yield from _check_listed(PAIRS, given or (), structure)
+        return
+    if given.except_ is None and given.srdf is None:
+        yield Fault(PAIRS, "found neither except nor srdf; one of them, or both, are required")
+    yield from _check_listed((*PAIRS, "except"), given.except_ or (), structure)
+    if given.srdf is not None:
+        try:
+            concrete_pairs(robot, structure.links, structure.bodies)
+        except ScenarioError as error:
+            yield Fault((*PAIRS, "srdf"), str(error))
+
+
+def _check_listed(above: tuple[str, ...], pairs: Sequence[Sequence[str]], structure: Structure) -> Iterator[Fault]:
     seen: dict[frozenset[str], int] = {}
-    for index, pair in enumerate(robot.self_collision_pairs or ()):
-        place = ("robot", "self_collision_pairs", index)
+    for index, pair in enumerate(pairs):
+        place: tuple[str | int, ...] = (*above, index)
         for position, body in enumerate(pair):
             yield from unknown_name((*place, position), body, structure.bodies, "body")
         first = seen.setdefault(frozenset(pair), index)
         if first != index:
-            yield Fault(place, f"found {pair} again; it is pair {first} already")
+            yield Fault(place, f"found {list(pair)} again; it is pair {first} already")
 
 
 def check_start(start: Start, robot: Robot, structure: Structure) -> Iterator[Fault]:

@@ -80,6 +80,27 @@ Collision = Annotated[
 ]
 
 
+class ExceptPairs(Part):
+    """The default self-collision pairs but some, for links that overlap by design; one key or both."""
+
+    except_: Annotated[list[BodyPair], Field(max_length=10_000)] | None = Field(
+        default=None, alias="except", description="pairs of bodies that may overlap"
+    )
+    srdf: Text | None = Field(
+        default=None, description="path of an SRDF file of MoveIt: pairs that its disable_collisions name may overlap"
+    )
+
+
+def _pairs_form(value: Any) -> str:
+    return "(mapping)" if isinstance(value, dict | ExceptPairs) else "(list)"
+
+
+SelfCollisionPairs = Annotated[
+    Annotated[list[BodyPair], Field(max_length=10_000), Tag("(list)")] | Annotated[ExceptPairs, Tag("(mapping)")],
+    Discriminator(_pairs_form),
+]
+
+
 class Robot(Part):
     """The robot: a model known by name, or a URDF file."""
 
@@ -108,6 +129,7 @@ class Robot(Part):
     body_radius: Length | None = Field(default=None, description="[m] radius of bodies that are made to measure")
     collision: Collision = "geometry"
     limits: Limits | None = None
-    self_collision_pairs: Annotated[list[BodyPair], Field(max_length=10_000)] | None = Field(
-        default=None, description="absent: all but adjacent bodies; []: none"
+    self_collision_pairs: SelfCollisionPairs | None = Field(
+        default=None,
+        description="pairs of bodies; absent: all but adjacent; []: none; {except, srdf}: all but some",
     )

@@ -11,15 +11,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pytest_lpb.environment.visuals import add_body
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial import mesh_limits
 from pytest_lpb.problem.spatial.client import Client
 from pytest_lpb.problem.spatial.library import known_robots, library_robot
-from pytest_lpb.problem.spatial.mesh_files import check_mesh, check_obstacle_mesh
+from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.meshes import mesh_vertices
 from pytest_lpb.problem.spatial.meshes_of_stl import TRIANGLE
 from pytest_lpb.problem.spatial.shapes import create_body
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
+from pytest_lpb.problem.spatial.urdf import Geometry
 from pytest_lpb.problem.spatial.urdf_reader import load_urdf
 from tests.scenario.urdfs import TETRAHEDRON
 
@@ -116,11 +118,16 @@ def test_sound_meshes_are_read_by_pybullet(tmp_path: Path) -> None:
         assert len(mesh_vertices(path, (1.0, 1.0, 1.0)))
 
 
-def test_an_stl_of_text_is_no_obstacle(tmp_path: Path) -> None:
-    path = written(tmp_path, "a.stl", TEXT_STL)
-    assert mesh_triangles(path).shape == (1, 3, 3)
-    with pytest.raises(ScenarioError, match=r"a\.stl: is an STL of text, which PyBullet cannot read; save it as"):
-        check_obstacle_mesh(path)
+def test_an_stl_of_text_is_a_link_an_obstacle_and_a_picture(tmp_path: Path) -> None:
+    """PyBullet takes it for a binary one: it gets a copy of the triangles."""
+    path = written(tmp_path, "a.stl", TEXT_STL.replace("vertex 1", "VERTEX 2"))
+    assert mesh_triangles(path).max() == 2.0
+    assert mesh_vertices(path, (2.0, 1.0, 1.0)).max() == pytest.approx(4.0)
+    client = Client()
+    _, _, radius = create_body(client, {"name": "a", "shape": "mesh", "file": str(path)})
+    assert radius == pytest.approx(5.0**0.5, abs=0.01)
+    assert add_body(client, Geometry("mesh", (1.0, 1.0, 1.0), file=path), None) >= 0
+    client.close()
 
 
 def test_what_is_no_file(tmp_path: Path) -> None:

@@ -102,7 +102,6 @@ def test_meshes_are_found_in_packages_and_beside_the_file(mesh: str, tmp_path: P
         ("</robot>", "", "arm.urdf:16: is no XML: no element found"),
         ("<robot name", "<sdf name", "is no XML: mismatched tag"),
         ('<?xml version="1.0"?>', '<!DOCTYPE robot [<!ENTITY a "b">]>', "arm.urdf:1: found a DOCTYPE"),
-        ("ring.obj", "none.obj", "arm.urdf:9: the mesh 'none.obj' is not there; looked for it from "),
         (
             'parent link="upper"',
             'parent link="uper"',
@@ -152,7 +151,8 @@ def test_faults_are_told_with_their_place(arm: Path, old: str, new: str, message
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "is no XML: no element found"),
+        ("", "arm.urdf:1: is empty; a URDF file has elements"),
+        (" \n\n", "arm.urdf:1: is empty"),
         ("<sdf/>", "found <sdf>; a URDF file has a <robot>"),
         ("<robot name='a'/>", "found no <link>"),
         ("<robot name='a'><link name='b'/><link name='c'/></robot>", "several links are no joint's child: b, c"),
