@@ -12,7 +12,7 @@ from pytest_lpb.report.build import write_results
 from pytest_lpb.run.evaluation import evaluate
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.trial.files import METADATA_KEY, read_trial
-from tests.scenario.urdfs import TETRAHEDRON, mesh, write_arm
+from tests.scenario.urdfs import BOX, TETRAHEDRON, mesh, write_arm
 
 from .projects import SCENARIO, Project, hashes_of, read_run, read_table, text_of
 
@@ -151,7 +151,8 @@ def test_a_planar_run_leaves_out_nothing_and_loads_no_physics(project: Project) 
 
 
 def test_robots_that_never_collide_are_a_warning_and_what_is_not_needed_a_note(arm: Project) -> None:
-    write_arm(arm.path / "seen.urdf", '<visual><geometry><mesh filename="none.glb"/></geometry></visual>')
+    seen = write_arm(arm.path / "seen.urdf", '<visual><geometry><mesh filename="none.glb"/></geometry></visual>')
+    seen.write_text(seen.read_text("utf-8").replace(BOX, ""), "utf-8")
     arm.scenario("scenarios/seen.yaml", ARM.replace("../my_arm/urdf/arm.urdf", "../seen.urdf"))
     result = arm.run("scenarios/seen.yaml")
     run = arm.runs()[-1]
