@@ -24,3 +24,8 @@ def suggestion(found: str, allowed: Iterable[str]) -> str:
 def listed(names: Iterable[str]) -> str:
     """Names as a sorted, comma-separated list; `(none)` when there are none."""
     return ", ".join(sorted(names)) or "(none)"
+
+
+def count(number: int, noun: str, plural: str = "") -> str:
+    """`1 trial`, `3 trials`; `plural` where it is not the noun with an s."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"

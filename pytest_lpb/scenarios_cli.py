@@ -17,6 +17,7 @@ from pytest_lpb.aligned import aligned
 from pytest_lpb.commands import Parser, by_commas, ended
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError
+from pytest_lpb.names import count
 from pytest_lpb.shipped import shipped_folder
 
 
@@ -84,7 +85,7 @@ def _copy(options: argparse.Namespace) -> None:
 
 
 def _count(scenarios: int) -> str:
-    return f"{scenarios} scenario{'' if scenarios == 1 else 's'}"
+    return count(scenarios, "scenario")
 
 
 def _import(options: argparse.Namespace) -> None:

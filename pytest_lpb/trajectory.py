@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
-MAX_WALL_PER_CPU = 1.2  # median ratio of wall to CPU time of planner calls that counts as undisturbed
+MAX_WALL_PER_CPU = 1.2  # ratio of wall to CPU time of planner calls that counts as undisturbed
 
 
 class Trajectory:
@@ -132,8 +132,11 @@ class Trajectory:
     @property
     def timing_contended(self) -> bool:
         """Whether other processes disturbed the timing: more workers than cores - 1, or calls that had to wait."""
-        if self.metadata["workers"] > self.metadata["cores"] - 1:
-            return True
+        return bool(self.metadata["workers"] > self.metadata["cores"] - 1) or self.calls_waited
+
+    @cached_property
+    def calls_waited(self) -> bool:
+        """Whether the planner's calls had to wait for a core: the median ratio of wall to CPU time is above 1.2."""
         called = ~np.isnan(self.solver_wall_ms) & (self.solver_cpu_ms > 0.0)
         ratios = self.solver_wall_ms[called] / self.solver_cpu_ms[called]
         return bool(len(ratios)) and float(np.median(ratios)) > MAX_WALL_PER_CPU

@@ -112,9 +112,9 @@ def test_chosen_kpis(run: Path, tmp_path: Path) -> None:
     # A part of the run's results never takes the place of all.
     assert results(run) == before
     row = read_table(run / "selected/trials.csv")[0]
-    assert list(row)[-2:] == ["time_to_goal_s", "sparc"]
+    assert list(row)[-3:] == ["time_to_goal_s", "sparc", "contended_kpis"]
     assert main([str(run), "--kpis=sparc", "--output", str(tmp_path / "out")]) == 0
-    assert list(read_table(tmp_path / "out/trials.csv")[0])[-2:] == ["timing_contended", "sparc"]
+    assert list(read_table(tmp_path / "out/trials.csv")[0])[-3:] == ["timing_contended", "sparc", "contended_kpis"]
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,14 @@ from pytest_lpb.trajectory import Trajectory
 Direction = Literal["lower", "higher", "none"]
 Over = Literal["solved", "all"]
 KpiFunction = Callable[[Trajectory], SupportsFloat]
+Contention = Callable[[Trajectory], bool]
 
 # Other columns of trials.csv, and keys of a scenario's `success`: a KPI could not be told from them.
 RESERVED_NAMES = frozenset(
     (
         *("node_id", "scenario", "planner", "seed", "outcome", "success", "failed_criteria", "steps"),
         *("problem_hash", "trajectory_hash", "wall_s", "attempt", "timing_contended", "duration_s"),
+        "contended_kpis",
         *("control", "message", "command", "hold_time", "rate"),
     )
 )
@@ -44,6 +46,7 @@ class Kpi:
     module: str  # where lpb-report finds it again
     timing: bool = False  # depends on the wall clock: never equal in two runs
     restricted_to_duration: bool = False  # where it is NaN, means count the scenario's duration [s]
+    contention: Contention | None = None  # whether other work disturbed it; None: as `timing_contended` says
 
     def __post_init__(self) -> None:
         where = f"KPI {self.name!r} ({self.place})"
@@ -63,6 +66,12 @@ class Kpi:
     def __call__(self, trajectory: Trajectory) -> SupportsFloat:
         """The KPI's value for one trial, unchecked; `evaluate_kpis` checks it."""
         return self.function(trajectory)
+
+    def is_contended(self, trajectory: Trajectory) -> bool:
+        """Whether other work on the same cores may have disturbed the value; never for one that is no timing."""
+        if not self.timing:
+            return False
+        return trajectory.timing_contended if self.contention is None else self.contention(trajectory)
 
     @property
     def place(self) -> str:

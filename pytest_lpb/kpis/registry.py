@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any, TypeVar
 
 from pytest_lpb.errors import KpiError
-from pytest_lpb.kpis.definition import Direction, Kpi, Over, innermost
+from pytest_lpb.kpis.definition import Contention, Direction, Kpi, Over, innermost
 from pytest_lpb.kpis.evaluate import evaluate_kpis
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.trajectory import Trajectory
@@ -50,6 +50,7 @@ class Registry:
         group: str = "user",
         timing: bool = False,
         restricted_to_duration: bool = False,
+        contention: Contention | None = None,
     ) -> Callable[[F], F]:
         """Register a function of a `Trajectory` as a KPI: it returns a number, NaN where it does not apply.
 
@@ -61,6 +62,8 @@ class Registry:
             group: heading in reports.
             timing: whether it depends on the wall clock; such KPIs never gate while timing is contended.
             restricted_to_duration: whether means count the scenario's duration [s] where the KPI is NaN.
+            contention: of a timing KPI: function of a `Trajectory` that says whether other work on the same cores
+                disturbed its value; by default that is so where the trial's `timing_contended` is true.
 
         Raises:
             KpiError: a name, unit, direction or over that is not allowed, or a name that is taken.
@@ -70,7 +73,8 @@ class Registry:
             if not callable(function):
                 raise KpiError(f"KPI {name!r}: {function!r} is not a function of a trajectory")
             module = innermost(function).__module__
-            self.add(Kpi(name, unit, direction, over, group, function, module, timing, restricted_to_duration))
+            restricted = restricted_to_duration
+            self.add(Kpi(name, unit, direction, over, group, function, module, timing, restricted, contention))
             return function
 
         return register

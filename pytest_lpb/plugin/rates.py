@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from pytest_lpb.names import count
 from pytest_lpb.problem.criterion import parse_criterion
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.statistics.intervals import wilson_interval
@@ -43,6 +44,6 @@ def _judge(scenario: str, planner: str, rows: pd.DataFrame, criterion: str) -> R
     met = parse_criterion(criterion).met(rate)
     text = (
         f"{scenario} :: {planner}: success rate {rate:.3f} (95 % interval {low:.3f} to {high:.3f}, "
-        f"{len(rates)} problems), required {criterion}"
+        f"{count(len(rates), 'problem')}), required {criterion}"
     )
     return RateVerdict(scenario, planner, met, text if met or not failed else f"{text}; unsolved seeds: {seeds}")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from pytest_lpb.names import count
 from pytest_lpb.plugin.rates import RateVerdict
 from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
@@ -73,6 +74,6 @@ def failure_lines(trials: pd.DataFrame, known: Collection[TrialKey]) -> Iterable
         outcome = "criteria_failed" if row["failed_criteria"] else row["outcome"]
         yield f"{row['scenario']} :: {row['planner']} :: seed{row['seed']}  {outcome}: {row['message']}"
     if len(failed) < len(unsolved):
-        yield f"{len(unsolved) - len(failed)} trials failed as expected (xfail); the report lists them"
+        yield f"{count(len(unsolved) - len(failed), 'trial')} failed as expected (xfail); the report lists them"
     if len(failed) > MAX_FAILURES:
         yield f"... and {len(failed) - MAX_FAILURES} more; the report lists them all"

@@ -11,6 +11,7 @@ from pathlib import Path
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import load_builtin
+from pytest_lpb.names import count
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import conclusion, gate_lines
@@ -223,5 +224,5 @@ def _plot(data: ReportData, options: argparse.Namespace, folder: Path) -> list[s
 
     formats = options.plot_format or ("png", "pdf")
     written = write_plots(folder / "plots", options.plot or None, data, formats)
-    print(f"plots: {len(written.paths)} files below {folder / 'plots'}")
+    print(f"plots: {count(len(written.paths), 'file')} below {folder / 'plots'}")
     return list(written.failures)

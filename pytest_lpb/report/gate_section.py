@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import HEADS, change_texts, conclusion, doubt, left_out_lines, subject, verdict_cells
 from pytest_lpb.report.view import PlannerStyle
@@ -85,7 +86,7 @@ def _changes(verdict: GateVerdict) -> ChangedProblems:
     shown = verdict.changes[:MAX_CHANGES]
     more = f"; the worst {len(shown)} of them" if len(verdict.changes) > len(shown) else ""
     return ChangedProblems(
-        title=f"{subject(verdict)}: worse on {len(verdict.changes)} of {verdict.problems} problems{more}",
+        title=f"{subject(verdict)}: worse on {len(verdict.changes)} of {count(verdict.problems, 'problem')}{more}",
         problems=[
             ChangedProblem(
                 change.scenario, change.seed, *change_texts(verdict.margin, change), change.node_id, change.command

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from pytest_lpb.aligned import aligned
+from pytest_lpb.names import count
 from pytest_lpb.report.numbers import finite
 from pytest_lpb.run.gate import INCONCLUSIVE, MIN_PROBLEMS, REGRESSED, GateResult, GateVerdict
 from pytest_lpb.run.gate_pairs import Change, LeftOut
@@ -64,7 +65,7 @@ def doubt(verdict: GateVerdict) -> str:
     """Why a verdict is inconclusive, and what would decide."""
     if verdict.further_seeds is not None:
         least = "at least " if verdict.problems < MIN_PROBLEMS else "about "
-        seeds = f"{verdict.further_seeds} further seed{'s' if verdict.further_seeds > 1 else ''}"
+        seeds = count(verdict.further_seeds, "further seed")
         return f"{verdict.reason}; {least}{seeds} per scenario would decide, in the baseline too"
     return f"{verdict.reason}{'; further seeds would not decide' if verdict.problems else ''}"
 
@@ -99,7 +100,7 @@ def _named(problems: Sequence[tuple[str, int]]) -> str:
 
 def change_lines(verdict: GateVerdict) -> Iterator[str]:
     """The problems of a regressed KPI that got worse, the worst first, each with the command that repeats it."""
-    yield f"regressed: {subject(verdict)}: worse on {len(verdict.changes)} of {verdict.problems} problems"
+    yield f"regressed: {subject(verdict)}: worse on {len(verdict.changes)} of {count(verdict.problems, 'problem')}"
     for change in verdict.changes[:MAX_CHANGES]:
         old, new = change_texts(verdict.margin, change)
         yield f"  {change.scenario} seed{change.seed}: {old} -> {new}   {change.command}"
@@ -127,4 +128,4 @@ def conclusion(result: GateResult) -> str:
 
 
 def _verdicts(number: int) -> str:
-    return f"{number} verdict{'s' if number > 1 else ''}"
+    return count(number, "verdict")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import (
     HEADS,
@@ -43,9 +44,9 @@ def markdown_summary(data: ReportData) -> str:
 
 def _title(data: ReportData) -> Iterator[str]:
     counts = (
-        _count(data.trials["planner"].nunique(), "planner"),
-        _count(data.trials["scenario"].nunique(), "scenario"),
-        _count(len(data.trials), "trial"),
+        count(data.trials["planner"].nunique(), "planner"),
+        count(data.trials["scenario"].nunique(), "scenario"),
+        count(len(data.trials), "trial"),
     )
     title = title_of(data.run_info)
     if title:
@@ -76,7 +77,8 @@ def _changes(verdict: GateVerdict) -> Iterator[str]:
     more = f", the worst {len(shown)} of them" if len(verdict.changes) > len(shown) else ""
     rows = [(change.scenario, str(change.seed), *change_texts(verdict.margin, change)) for change in shown]
     repeat = ("", "```", *(change.command for change in shown[:1]), "```") if shown else ()
-    summary = f"{_cell(subject(verdict))}: worse on {len(verdict.changes)} of {verdict.problems} problems{more}"
+    problems = count(verdict.problems, "problem")
+    summary = f"{_cell(subject(verdict))}: worse on {len(verdict.changes)} of {problems}{more}"
     yield from _details(summary, [*_table([("scenario", "seed", "baseline", "now"), *rows]), *repeat])
 
 
@@ -99,7 +101,7 @@ def _comparisons(data: ReportData) -> Iterator[str]:
     lines = list(_table([heads, *rows]))
     if len(clear) > MAX_COMPARISONS:
         lines.append(f"\n{len(clear) - MAX_COMPARISONS} more are in comparisons.csv.")
-    yield from _details(f"{_count(len(clear), 'clear difference')} between planners", lines)
+    yield from _details(f"{count(len(clear), 'clear difference')} between planners", lines)
 
 
 def _failures(data: ReportData) -> Iterator[str]:
@@ -113,11 +115,7 @@ def _failures(data: ReportData) -> Iterator[str]:
     lines = list(_table([("trial", "outcome", "what happened"), *rows]))
     if len(failed) > MAX_FAILURES:
         lines.append(f"\n{len(failed) - MAX_FAILURES} more are in trials.csv.")
-    yield from _details(f"{_count(len(failed), 'trial')} without success", lines)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    yield from _details(f"{count(len(failed), 'trial')} without success", lines)
 
 
 def _outcome(row: Mapping[Any, Any]) -> str:

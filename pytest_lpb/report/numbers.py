@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pytest_lpb import names
+
 EMPTY = "–"
 THIN_SPACE = "\u202f"
 
@@ -77,8 +79,9 @@ def interval(low: Any, high: Any) -> str:
 
 
 def count(number: int, noun: str) -> str:
-    """`1 trial`, `3 trials`."""
-    return f"{number:,}".replace(",", THIN_SPACE) + f" {noun}" + ("" if number == 1 else "s")
+    """`1 trial`, `3 trials`, `1 200 trials`."""
+    grouped = f"{number:,}".replace(",", THIN_SPACE)
+    return names.count(number, noun).replace(str(number), grouped, 1)
 
 
 def minus(text: str) -> str:

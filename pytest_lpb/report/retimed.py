@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import show, show_exact
 from pytest_lpb.report.provenance import moment
@@ -67,7 +68,7 @@ def _cells(row: RetimedRow, rows: Sequence[RetimedRow]) -> list[Cell]:
     different = f"{row.different_trials} with other actions" if row.different_trials else ""
     return [
         Cell(str(row.trials), row.trials, different),
-        Cell(show_exact(row.calls), row.calls, f"{row.passes} passes"),
+        Cell(show_exact(row.calls), row.calls, count(row.passes, "pass", "passes")),
         Cell(show(row.p50_ms), row.p50_ms, waited),
         *(Cell(show(value), value) for value in (row.p95_ms, row.p99_ms, row.max_ms)),
         Cell(show(row.first_call_ms), row.first_call_ms, f"at most {show(row.first_call_max_ms)}"),

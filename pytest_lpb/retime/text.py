@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from pytest_lpb.aligned import aligned
+from pytest_lpb.names import count
 from pytest_lpb.retime.figures import RetimedRow, against
 from pytest_lpb.retime.result import Retimed
 
@@ -52,7 +53,8 @@ def misses(row: RetimedRow) -> str:
 def notes(retimed: Retimed) -> Iterator[str]:
     """What to know when reading the figures."""
     passes = max((row.passes for row in retimed.rows), default=0)
-    yield f"calls: those recorded, each made in {passes} passes; the first call of a trial is apart (its median)"
+    made = count(passes, "pass", "passes")
+    yield f"calls: those recorded, each made in {made}; the first call of a trial is apart (its median)"
     floors = [retimed.floor(figure) for figure in ("p50", "p95")]
     if not any(map(math.isnan, floors)):
         yield (

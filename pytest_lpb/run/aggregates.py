@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.run.contention import contended
 from pytest_lpb.run.paired import Measure, generator
 from pytest_lpb.run.problems import KpiColumn, prepare
 from pytest_lpb.statistics import interquartile_interval, interquartile_mean, stratified_weights
@@ -21,6 +22,7 @@ COLUMNS = [
     "iqm",
     "iqm_low",
     "iqm_high",
+    "contended",
 ]
 PROBLEM = ["scenario", "problem"]
 
@@ -39,7 +41,8 @@ def aggregates_table(trials: pd.DataFrame, kpis: Sequence[KpiColumn], rng_seed: 
         rng_seed: together with planner and KPI it decides the bootstrap of a row.
 
     Returns:
-        The columns of aggregates.csv; KPIs in the given order, in each the planners by name.
+        The columns of aggregates.csv; KPIs in the given order, in each the planners by name. No interval where every
+        scenario has one problem, since nothing says how problems differ; `contended`: timing of a trial was disturbed.
     """
     rows = prepare(trials, kpis)
     planners = sorted(rows["planner"].unique())
@@ -52,6 +55,7 @@ def _records(
 ) -> Iterator[tuple[object, ...]]:
     mixed = measure.by_control and rows["control"].nunique() > 1
     values = shared_values(rows.iloc[:0] if mixed else rows, measure.column)
+    disturbed = bool(contended(rows, measure).any())
     for planner in planners:
         strata = _strata(values, planner)
         sizes = [len(stratum) for stratum in strata]
@@ -62,6 +66,7 @@ def _records(
             len(sizes),
             sum(sizes),
             *_figures(strata, measure, planner, rng_seed),
+            disturbed,
         )
 
 
@@ -90,5 +95,8 @@ def _figures(strata: Sequence[np.ndarray], measure: Measure, planner: str, rng_s
     pool = np.concatenate(strata)
     mean = float(np.mean([stratum.mean() for stratum in strata]))
     weights = stratified_weights([len(stratum) for stratum in strata])
-    interval = interquartile_interval(strata, generator(rng_seed, planner, measure.name, "iqm"))
+    nan = float("nan")
+    interval = (nan, nan)
+    if len(pool) > len(strata):
+        interval = interquartile_interval(strata, generator(rng_seed, planner, measure.name, "iqm"))
     return mean, interquartile_mean(pool, weights), *interval

@@ -15,6 +15,7 @@ from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.errors import ConfigurationError, RecordingError
 from pytest_lpb.kpis.definition import Kpi
+from pytest_lpb.run.contention import contended
 from pytest_lpb.run.evaluation import Evaluation
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def save_baseline(evaluation: Evaluation, path: Path, kpis: Sequence[Kpi]) -> Pa
         planners[str(planner)] = {
             "parameters_hash": about.get("parameters_hash"),
             "source_hash": about.get("source_hash"),
-            "trials": [_line(row, columns) for row in rows.sort_values(["scenario", "seed"]).to_dict("records")],
+            "trials": [_line(row, columns) for row in _with_contention(rows, kpis).to_dict("records")],
         }
     head = {
         "kind": KIND,
@@ -75,6 +76,14 @@ def save_baseline(evaluation: Evaluation, path: Path, kpis: Sequence[Kpi]) -> Pa
         "columns": columns,
     }
     return replace_file(path, "".join(_text({**head, "planners": planners})).encode())
+
+
+def _with_contention(rows: pd.DataFrame, kpis: Sequence[Kpi]) -> pd.DataFrame:
+    """Trials in order; `timing_contended` also where one of the saved timing KPIs alone is disturbed."""
+    disturbed = rows[CONTENDED].eq(True)
+    for kpi in kpis:
+        disturbed |= contended(rows, kpi)
+    return rows.assign(**{CONTENDED: disturbed}).sort_values(["scenario", "seed"])
 
 
 def _line(row: Mapping[Any, Any], columns: Sequence[str]) -> list[Any]:

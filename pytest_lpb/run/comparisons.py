@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.run.contention import contended as contended_trials
 from pytest_lpb.run.paired import SUCCESS, Figures, Measure, Sample, compare, generator
 from pytest_lpb.run.problems import KpiColumn, prepare
 from pytest_lpb.run.summary import ALL
@@ -80,23 +81,27 @@ def _pair(rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure], rng_s
     both = rows[rows["planner"].isin([a, b])]
     tested = both.groupby("scenario")["planner"].nunique()
     scenarios = sorted(tested.index[tested == 2])
-    contended = both.groupby("scenario")["timing_contended"].any()
+    contended = {measure.name: _contended(both, measure) for measure in measures}
     samples = _samples(both, a, b, measures)
     for scenario in scenarios:
         for measure in measures:
             rng = generator(rng_seed, a, b, scenario, measure.name)
             figures = compare([samples[scenario, measure.column]], measure, rng)
-            yield _Comparison(a, b, scenario, measure, figures, bool(contended[scenario]))
+            yield _Comparison(a, b, scenario, measure, figures, scenario in contended[measure.name])
     if not scenarios:
         return
-    any_contended = bool(contended[scenarios].any())
     mixed = both.loc[both["scenario"].isin(scenarios), "control"].nunique() > 1
     for measure in measures:
         pooled = [] if measure.by_control and mixed else scenarios
         label = scenarios[0] if len(scenarios) == 1 else ALL
         rng = generator(rng_seed, a, b, label, measure.name)
         figures = compare([samples[scenario, measure.column] for scenario in pooled], measure, rng)
-        yield _Comparison(a, b, ALL, measure, figures, any_contended)
+        yield _Comparison(a, b, ALL, measure, figures, bool(contended[measure.name] & set(scenarios)))
+
+
+def _contended(rows: pd.DataFrame, measure: Measure) -> set[str]:
+    """Scenarios in which a trial's value was disturbed by other work on the same cores."""
+    return set(rows.loc[contended_trials(rows, measure), "scenario"])
 
 
 def _samples(rows: pd.DataFrame, a: str, b: str, measures: Sequence[Measure]) -> dict[tuple[str, str], Sample]:

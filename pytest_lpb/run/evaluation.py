@@ -14,6 +14,7 @@ from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.run.contention import CONTENDED_KPIS, joined
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.missing import missing_trials
 from pytest_lpb.run.plan import DAMAGED, TrialKey
@@ -90,7 +91,7 @@ class Evaluation:
 
     Attributes:
         run: where they are from.
-        trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, then a column per KPI.
+        trials: one row per trial: TRIAL_COLUMNS, HIDDEN_COLUMNS, a column per KPI, then CONTENDED_KPIS.
         kpis: what was evaluated.
         warnings: KPIs that raised, files that could not be read.
         missing: trials that the run was to have, and that are not among `trials`.
@@ -128,7 +129,7 @@ class Evaluation:
 
     def table(self) -> pd.DataFrame:
         """The content of trials.csv."""
-        return self.trials[[*TRIAL_COLUMNS, *(kpi.name for kpi in self.kpis)]]
+        return self.trials[[*TRIAL_COLUMNS, *(kpi.name for kpi in self.kpis), CONTENDED_KPIS]]
 
 
 def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluation:
@@ -147,7 +148,7 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
         except RecordingError as error:
             # One line each: what Arrow says has several.
             warnings.append(f"{' '.join(str(error).split())}; {DAMAGED}")
-    columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis)]
+    columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis), CONTENDED_KPIS]
     trials = pd.DataFrame(rows, columns=columns)
     trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
     return Evaluation(run, trials, kpis, warnings, missing_trials(run.info(), trials))
@@ -192,6 +193,7 @@ def _row(trajectory: Trajectory, kpis: Sequence[Kpi], warnings: list[str]) -> di
         "control": control_mode(trajectory.problem),
         "known_failure": str(metadata.get("known_failure") or ""),  # why it was expected to fail
         **values,
+        CONTENDED_KPIS: joined(kpi.name for kpi in kpis if kpi.is_contended(trajectory)),
     }
 
 

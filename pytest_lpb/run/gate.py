@@ -9,6 +9,7 @@ from typing import Any
 
 import pandas as pd
 
+from pytest_lpb.names import count
 from pytest_lpb.run.baseline import Baseline
 from pytest_lpb.run.gate_pairs import Change, LeftOut, Pairing, pair
 from pytest_lpb.run.margins import Margin
@@ -138,7 +139,7 @@ def _judge(planner: str, counterpart: str, margin: Margin, pairing: Pairing, els
         verdict = INCONCLUSIVE
     elif problems < MIN_PROBLEMS:
         verdict = INCONCLUSIVE
-        reason = f"{problems} common problem{'s' if problems > 1 else ''}; {MIN_PROBLEMS} are needed"
+        reason = f"{count(problems, 'common problem')}; {MIN_PROBLEMS} are needed"
         further = pairing.further_seeds(margin, deciding_pairs(loss, margin.value, MIN_PROBLEMS) or MIN_PROBLEMS)
     elif verdict == INCONCLUSIVE:
         reason = f"the loss may be {margin.text(low)} to {margin.text(high)}"
@@ -159,7 +160,7 @@ def _obstacle(margin: Margin, pairing: Pairing, elsewhere: Collection[str]) -> s
     """Why nothing can be said, however many problems there are; empty when something can."""
     if margin.timing and elsewhere:
         return f"the baseline is of another machine ({', '.join(elsewhere)} differ)"
-    if margin.timing and pairing.contended:
+    if margin.name in pairing.contended:
         return "timing was contended: other work ran on the same cores"
     if margin.kpi is not None and unit_depends_on_control(margin.kpi) and pairing.controls > 1:
         return "its unit depends on the control mode, in which the scenarios differ"

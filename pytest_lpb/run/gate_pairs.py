@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pytest_lpb.run.baseline_file import rounded, short_hash
+from pytest_lpb.run.contention import CONTENDED_KPIS, contended, with_contended_kpis
 from pytest_lpb.run.margins import SUCCESS, Margin
 from pytest_lpb.run.problems import KpiColumn, prepare, restricted_column
 from pytest_lpb.statistics import paired_difference
@@ -67,7 +68,7 @@ class Pairing:
     old: pd.DataFrame
     new: pd.DataFrame
     left_out: LeftOut
-    contended: bool
+    contended: frozenset[str]  # timing KPIs that other work on the same cores may have disturbed
     controls: int  # control modes, in which units of actions differ
     repeats: pd.DataFrame  # REPEAT of the new trials, by scenario and seed
 
@@ -128,7 +129,7 @@ def pair(old: pd.DataFrame, new: pd.DataFrame, kpis: Sequence[KpiColumn]) -> Pai
             new=tuple(sorted(seeds_new - seeds_old)),
             changed=tuple(sorted((seeds_old & seeds_new) - seeds_shared)),
         ),
-        contended=bool(paired_old["timing_contended"].any() or paired_new["timing_contended"].any()),
+        contended=frozenset(kpi.name for kpi in kpis if _disturbed(paired_old, kpi) or _disturbed(paired_new, kpi)),
         controls=int(paired_new["control"].nunique()),
         repeats=new.set_index(SEED)[list(REPEAT)].sort_index(),
     )
@@ -137,13 +138,18 @@ def pair(old: pd.DataFrame, new: pd.DataFrame, kpis: Sequence[KpiColumn]) -> Pai
 def _plain(trials: pd.DataFrame, side: str, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
     """Trials with rounded values and short hashes, so that a baseline file and a run folder say the same."""
     rows = trials[[*NEEDED, *(kpi.name for kpi in kpis)]].assign(
-        planner=side, control=trials.get("control", ""), **ABSENT
+        planner=side, control=trials.get("control", ""), **{CONTENDED_KPIS: with_contended_kpis(trials, kpis)}, **ABSENT
     )
     rows["problem_hash"] = rows["problem_hash"].map(short_hash)
     for name in ("duration_s", *(kpi.name for kpi in kpis)):
         values = pd.to_numeric(rows[name]).astype(np.float64)
         rows[name] = [math.nan if (value := rounded(v)) is None else value for v in values.tolist()]
     return rows
+
+
+def _disturbed(rows: pd.DataFrame, kpi: KpiColumn) -> bool:
+    """A gate is stricter than a table: it judges no timing of a contended trial, whatever the KPI says of itself."""
+    return kpi.timing and bool((rows["timing_contended"] | contended(rows, kpi)).any())
 
 
 def _seeds(index: pd.Index[Any]) -> set[tuple[str, int]]:

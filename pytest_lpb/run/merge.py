@@ -9,6 +9,8 @@ from typing import Any
 
 import pandas as pd
 
+from pytest_lpb.names import count
+from pytest_lpb.run.contention import CONTENDED_KPIS, joined
 from pytest_lpb.run.evaluation import Evaluation, RunSource
 from pytest_lpb.run.plan import TrialKey
 from pytest_lpb.run.title import joint_title
@@ -46,10 +48,11 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
     trials = pd.concat(frames, ignore_index=True)
     repeated = trials.duplicated(KEY)
     warnings += _differences(trials)
-    notes = [f"{repeated.sum()} trials are in several of the runs; each counts once"] if repeated.any() else []
+    notes = [f"{_trials_are(repeated)} in several of the runs; each counts once"] if repeated.any() else []
     machines = [evaluation.run.info()["machine"] for evaluation in evaluations]
     if any(machine != machines[0] for machine in machines):
         trials["timing_contended"] = True
+        trials[CONTENDED_KPIS] = joined(kpi.name for kpi in evaluations[0].kpis if kpi.timing)
         notes.append("the runs were made on different machines: their times do not compare")
     trials = trials[~repeated].sort_values(KEY, ignore_index=True, kind="stable")
     missing = _missing(evaluations, names, trials)
@@ -73,12 +76,12 @@ def _differences(trials: pd.DataFrame) -> Iterator[str]:
     found = trials.groupby(KEY)[["problem_hash", "trajectory_hash"]].nunique().gt(1)
     changed = found["problem_hash"]
     kinds = (
-        (changed, "are of another problem there: the scenarios have changed"),
-        (found["trajectory_hash"] & ~changed, "differ there: something is not deterministic"),
+        (changed, "of another problem there: the scenarios have changed"),
+        (found["trajectory_hash"] & ~changed, "different there: something is not deterministic"),
     )
     for trials_found, what in kinds:
         if trials_found.any():
-            yield f"{trials_found.sum()} trials are in several of the runs and {what}; they count once, as in the first"
+            yield f"{_trials_are(trials_found)} in several of the runs and {what}; each counts once, as in the first"
 
 
 def _merged_run(
@@ -141,3 +144,8 @@ def _renamed(trials: pd.DataFrame, names: Mapping[str, str]) -> pd.DataFrame:
     ]
     renamed["planner"] = new
     return renamed
+
+
+def _trials_are(found: pd.Series[bool]) -> str:
+    number = int(found.sum())
+    return f"{count(number, 'trial')} {'is' if number == 1 else 'are'}"

@@ -54,7 +54,7 @@ SUCCESS = Measure("success", "higher", "all", "success", is_rate=True)
 
 @dataclass(frozen=True)
 class Figures:
-    """Figures of one comparison; for success the medians are rates. NaN without pairs."""
+    """Figures of one comparison; for success the medians are rates. NaN without pairs; no interval of one pair."""
 
     pairs: int
     median_a: float = math.nan
@@ -84,7 +84,7 @@ def compare(samples: Sequence[Sample], measure: Measure, rng: np.random.Generato
     pooled = np.concatenate(differences)
     median_a = float(np.mean([centre(a) for a, _ in kept]))
     median_b = float(np.mean([centre(b) for _, b in kept]))
-    low, high = _interval(kept, differences, measure, rng)
+    low, high = _interval(kept, differences, measure, rng) if len(pooled) > 1 else (math.nan, math.nan)
     improvement = math.nan
     if measure.direction != "none":
         improvement = float(np.mean([improvement_probability(d, measure.direction) for d in differences]))

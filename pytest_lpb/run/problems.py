@@ -11,6 +11,7 @@ import pandas as pd
 
 from pytest_lpb.kpis.derived import DIVERGED
 from pytest_lpb.kpis.units import BY_CONTROL_MODE
+from pytest_lpb.run.contention import CONTENDED_KPIS, with_contended_kpis
 
 TRIAL_KEYS = ["scenario", "planner", "seed", "problem_hash", "attempt", "trajectory_hash", "wall_s"]
 """What sorts trials: tables do not depend on the order in which trials were run or read."""
@@ -63,8 +64,9 @@ def prepare(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
         kpis: the KPI columns to keep.
 
     Returns:
-        scenario, planner, seed, problem (see `_problems`), control, success (0.0 or 1.0), timing_contended, one column
-        per KPI (NaN for a failed trial where the KPI is over solved ones), and one `restricted_column` each.
+        scenario, planner, seed, problem (see `_problems`), control, success (0.0 or 1.0), timing_contended,
+        contended_kpis, one column per KPI (NaN for a failed trial where the KPI is over solved ones), and one
+        `restricted_column` each.
     """
     rows = trials.assign(
         scenario=trials["scenario"].astype(str),
@@ -81,6 +83,7 @@ def prepare(trials: pd.DataFrame, kpis: Sequence[KpiColumn]) -> pd.DataFrame:
         "control": rows.get("control", ""),
         "success": solved.astype(np.float64),
         "timing_contended": rows["timing_contended"].eq(True),
+        CONTENDED_KPIS: with_contended_kpis(rows, kpis),
     }
     for kpi in kpis:
         values = pd.to_numeric(rows[kpi.name]).astype(np.float64)

@@ -24,7 +24,8 @@ def failed_criteria(trajectory: Trajectory) -> list[str]:
     for kpi in kpis:
         values, faults = evaluate_kpis(trajectory, [kpi])
         value = values[kpi.name]
-        applies = bool(faults) or not (isnan(value) or (kpi.timing and trajectory.timing_contended))
+        disturbed = kpi.timing and (trajectory.timing_contended or kpi.is_contended(trajectory))
+        applies = bool(faults) or not (isnan(value) or disturbed)
         if applies and not parse_criterion(criteria[kpi.name]).met(value):
             failed.append(f"{kpi.name} {criteria[kpi.name]} ({value:.4g})")
     return failed

@@ -62,3 +62,39 @@ def test_missing_metadata_is_a_fault(name: str) -> None:
     trial.metadata = {}
     with pytest.raises(KeyError):
         value(name, trial)
+
+
+def contended_kpis(wall_ms: list[float], cpu_ms: list[float], *, workers: int = 1, cores: int = 2) -> set[str]:
+    """Timing KPIs that say of themselves that they were contended."""
+    columns = {"solver_wall_ms": np.array([*wall_ms, NAN]), "solver_cpu_ms": np.array([*cpu_ms, NAN])}
+    trial = make_trial(make_problem(), np.zeros((len(wall_ms) + 1, 2)), columns=columns)
+    trial.metadata = {**trial.metadata, "workers": workers, "cores": cores, "period_s": 0.008}
+    return {kpi.name for kpi in load_builtin() if kpi.is_contended(trial)}
+
+
+CPU = {"solver_cpu_p50_ms", "solver_cpu_p95_ms", "solver_cpu_p99_ms"}
+TIMING = {kpi.name for kpi in load_builtin() if kpi.timing}
+
+
+def test_each_timing_kpi_is_judged_by_its_own_percentile() -> None:
+    """20 calls of 1.5 ms CPU, of which two waited until 9 ms: the median is clean, the tail is not."""
+    cpu = [1.5] * 21
+    assert contended_kpis(cpu, cpu) == set()
+    tail = {"solver_time_p95_ms", "solver_time_p99_ms", "solver_time_max_ms"}
+    late = {"deadline_miss_rate", "longest_miss_burst"}  # 9 ms of a period of 8 ms
+    # The mean is (18 * 1.5 + 2 * 9) / 20 = 2.25 ms, 1.5 times that of CPU; the loop's time goes by it.
+    mean = {"solver_time_mean_ms", "real_time_factor"}
+    assert contended_kpis([1.5] * 19 + [9.0, 9.0], cpu) == tail | late | mean
+    assert contended_kpis([9.0] + [1.5] * 20, cpu) == {"first_call_ms", *late}
+    # A maximum of 1.2 times the CPU's is within what counts as undisturbed.
+    assert contended_kpis([1.5] * 20 + [1.79], cpu) == set()
+    # What took as long on the processor is the planner's own.
+    assert contended_kpis([1.5] * 19 + [9.0, 9.0], [1.5] * 19 + [9.0, 9.0]) == set()
+
+
+def test_cpu_time_stands_mild_contention() -> None:
+    """As many workers as cores disturb wall times; CPU times are disturbed where calls wait or cores are shared."""
+    cpu = [1.5] * 21
+    assert contended_kpis(cpu, cpu, workers=2) == TIMING - CPU
+    assert contended_kpis(cpu, cpu, workers=3) == TIMING
+    assert contended_kpis([2.0] * 21, cpu) == TIMING

@@ -107,7 +107,7 @@ def test_content(run: Path) -> None:
 
 def check_trials(rows: list[Row]) -> None:
     kpis = [kpi.name for kpi in default_registry]
-    assert list(rows[0]) == [*TRIAL_COLUMNS, *kpis]
+    assert list(rows[0]) == [*TRIAL_COLUMNS, *kpis, "contended_kpis"]
     assert len(kpis) > 30
     assert len(rows) == 8
     assert [(row["scenario"], row["planner"], row["seed"]) for row in rows] == sorted(

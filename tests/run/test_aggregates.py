@@ -72,7 +72,10 @@ def test_a_failed_trial_counts_its_duration() -> None:
 def test_repeats_of_a_problem_are_one() -> None:
     rows = [trial(seed=k, problem_hash="same", clearance_min_m=float(k)) for k in range(5)]
     found = row(aggregates_table(pd.DataFrame(rows), [CLEARANCE]), "a", "clearance_min_m")
-    assert (found["problems"], found["iqm"], found["iqm_low"], found["iqm_high"]) == (1, 2.0, 2.0, 2.0)
+    assert (found["problems"], found["iqm"]) == (1, 2.0)
+    # Nothing says how another problem would do.
+    assert math.isnan(found["iqm_low"])
+    assert math.isnan(found["iqm_high"])
 
 
 def test_control_modes_do_not_mix() -> None:

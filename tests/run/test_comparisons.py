@@ -141,6 +141,33 @@ def test_contended_timing_decides_nothing() -> None:
     assert _compare([row | {CLEARANCE.name: row[SOLVER.name]} for row in rows])["verdict"] == "better"
 
 
+def test_a_tail_that_was_contended_decides_nothing_of_itself_alone() -> None:
+    tail = Column("solver_time_p95_ms", unit="ms", timing=True)
+    rows = [
+        trial(planner=planner, seed=seed, solver_time_p50_ms=value, solver_time_p95_ms=value)
+        for planner, value in (("a", 1.0), ("b", 2.0))
+        for seed in range(12)
+    ]
+    trials = pd.DataFrame(rows).assign(contended_kpis=["solver_time_p95_ms", *[""] * 23])
+    table = comparisons_table(trials, [SOLVER, tail]).set_index(["scenario", "kpi"])["verdict"]
+    assert table["s", "solver_time_p50_ms"] == table["all", "solver_time_p50_ms"] == "worse"
+    assert table["s", "solver_time_p95_ms"] == table["all", "solver_time_p95_ms"] == "inconclusive"
+
+
+@pytest.mark.parametrize(("pairs", "known"), [(1, False), (2, True)])
+def test_one_pair_has_no_interval(pairs: int, known: bool) -> None:
+    """One problem says nothing of others, neither of a KPI nor of success."""
+    rows = [
+        trial(planner=planner, seed=seed, success=planner == "a", clearance_min_m=value + seed)
+        for planner, value in (("a", 1.0), ("b", 2.0))
+        for seed in range(pairs)
+    ]
+    table = comparisons_table(pd.DataFrame(rows), [CLEARANCE])
+    assert table["pairs"].tolist() == [pairs] * 4
+    assert table["difference"].notna().all()
+    assert table[["difference_low", "difference_high"]].notna().to_numpy().tolist() == [[known, known]] * 4
+
+
 @pytest.mark.parametrize(("pairs", "verdict"), [(4, "inconclusive"), (5, "same"), (50, "same")])
 def test_identical_planners_are_the_same_from_five_pairs_on(pairs: int, verdict: str) -> None:
     values = np.linspace(0.1, 2, pairs)

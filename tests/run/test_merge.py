@@ -87,10 +87,10 @@ def test_trials_that_differ_are_warned_of(runs: list[RunFolder]) -> None:
     second.trials.loc[0, "trajectory_hash"] = "another"
     merged = merge([first, second])
     (warning,) = merged.warnings
-    assert warning.startswith("1 trials are in several of the runs and differ there")
+    assert warning.startswith("1 trial is in several of the runs and different there")
     second.trials.loc[1, ["problem_hash", "trajectory_hash"]] = "another"
     changed, other = merge([first, second]).warnings
-    assert changed.startswith("1 trials are in several of the runs and are of another problem there: the scenarios")
+    assert changed.startswith("1 trial is in several of the runs and of another problem there: the scenarios")
     assert other == warning
 
 

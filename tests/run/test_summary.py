@@ -22,7 +22,8 @@ def test_columns_and_rows_stand_in_the_contracts_order() -> None:
         *("success_rate", "success_low", "success_high"),
         *("time_to_goal_s_median", "time_to_goal_s_q1", "time_to_goal_s_q3", "time_to_goal_s_n"),
         *("path_length_m_median", "path_length_m_q1", "path_length_m_q3", "path_length_m_n"),
-        "time_to_goal_s_restricted_mean",
+        *("time_to_goal_s_restricted_mean", "success_rate_is", "contended_kpis"),
+        *("time_to_goal_s_median_mean_of_scenarios", "path_length_m_median_mean_of_scenarios"),
     ]
     rows = list(zip(table["scenario"], table["planner"], strict=True))
     assert rows == [("s1", "a"), ("s1", "b"), ("s2", "a"), ("s2", "b"), ("all", "a"), ("all", "b")]
@@ -111,11 +112,47 @@ def test_all_is_the_mean_over_scenarios() -> None:
     assert row["success_rate"] == pytest.approx((1 + 0.5 + 0) / 3)
     size = 9 / (1 / 10 + 1 / 2 + 1 / 4)
     assert (row["success_low"], row["success_high"]) == pytest.approx(wilson_interval(size / 2, size))
-    assert (row["path_length_m_median"], row["path_length_m_n"]) == (3.0, 11)
+    assert row["success_rate_is"] == "mean of 3 scenarios"
+    assert row["path_length_m_median_mean_of_scenarios"] == (1.0 + 5.0) / 2
+
+
+def test_quartiles_of_all_are_those_of_all_problems() -> None:
+    """Three lengths of 1 and five about 5: means of the scenarios' quartiles would be 3, 3, 3.5."""
+    rows = [trial("s1", seed=seed, path_length_m=1.0) for seed in range(3)]
+    rows += [trial("s2", seed=seed, path_length_m=length) for seed, length in enumerate([5.0, 9.0, 4.0, 6.0, 5.0])]
+    rows += [trial("s2", seed=5, success=False, path_length_m=0.1)]
+    row = _row(summary_table(pd.DataFrame(rows), [LENGTH]), "all", "a")
+    # 1 1 1 4 5 5 6 9: q1 at 1.75 of 0..7, the median at 3.5, q3 at 5.25 (NumPy's linear percentiles).
+    assert [row[f"path_length_m_{part}"] for part in ("q1", "median", "q3")] == [1.0, 4.5, 5.25]
+    assert row["path_length_m_n"] == 8
+    assert row["path_length_m_median_mean_of_scenarios"] == (1.0 + 5.0) / 2
+
+
+def test_rates_say_what_they_are_the_mean_of() -> None:
+    rows = [trial("s1", seed=seed, success=seed > 0) for seed in range(4)] + [trial("s2", problem_hash="x")]
+    table = summary_table(pd.DataFrame(rows), [])
+    said = [_row(table, scenario, "a")["success_rate_is"] for scenario in ("s1", "s2", "all")]
+    assert said == ["mean of 4 problems", "mean of 1 problem", "mean of 2 scenarios"]
+
+
+def test_kpis_that_were_contended_are_named() -> None:
+    tail = Column("solver_time_p95_ms", unit="ms", timing=True)
+    rows = [
+        trial("s1", seed=0, solver_time_p50_ms=1.0, solver_time_p95_ms=2.0),
+        trial("s1", seed=1, solver_time_p50_ms=1.0, solver_time_p95_ms=9.0),
+        trial("s2", seed=0, solver_time_p50_ms=1.0, solver_time_p95_ms=2.0),
+    ]
+    trials = pd.DataFrame(rows).assign(contended_kpis=["", "solver_time_p95_ms; solver_time_max_ms", ""])
+    table = summary_table(trials, [SOLVER, tail])
+    named = [_row(table, scenario, "a")["contended_kpis"] for scenario in ("s1", "s2", "all")]
+    assert named == ["solver_time_p95_ms", "", "solver_time_p95_ms"]
+    every = summary_table(trials.drop(columns="contended_kpis").assign(timing_contended=True), [SOLVER, tail])
+    assert _row(every, "all", "a")["contended_kpis"] == "solver_time_p50_ms; solver_time_p95_ms"
 
 
 def test_with_one_scenario_all_equals_it() -> None:
-    table = summary_table(random_trials(scenarios=("s",), seeds=7), KPIS).drop(columns="scenario")
+    table = summary_table(random_trials(scenarios=("s",), seeds=7), KPIS)
+    table = table.drop(columns=["scenario", *(name for name in table if name.endswith("mean_of_scenarios"))])
     pd.testing.assert_frame_equal(table[:2], table[2:].reset_index(drop=True), check_exact=True)
 
 
@@ -135,7 +172,7 @@ def test_an_infinite_value_is_no_value() -> None:
 def test_no_trials_give_an_empty_table_with_its_columns() -> None:
     table = summary_table(random_trials()[:0], [LENGTH])
     assert len(table) == 0
-    assert list(table.columns)[-4:] == [f"path_length_m_{x}" for x in ("median", "q1", "q3", "n")]
+    assert list(table.columns)[-6:-2] == [f"path_length_m_{x}" for x in ("median", "q1", "q3", "n")]
 
 
 @settings(max_examples=10, deadline=None)
