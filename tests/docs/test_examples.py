@@ -97,7 +97,7 @@ def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
     scenario = load_scenario(path)
     check_feasible(scenario)
     assert len(draw_problem(scenario, 0, ("obstacles",)).obstacles) > 3
-    mobile = yaml.safe_load(blocks("docs/robots.md", "yaml")[1])
+    mobile = yaml.safe_load(next(text for text in blocks("docs/robots.md", "yaml") if "base_size" in text))
     description = SpatialDescription(Robot.model_validate(mobile["robot"]))
     assert description.structure.actions[:2] == ("v", "w")
     robot = robot_from(description.entry)
