@@ -16,8 +16,13 @@ from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.problem.spatial.bullet_files import create_hulls
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.content import file_digest
+from pytest_lpb.problem.spatial.hulls import mesh_hulls
 from pytest_lpb.problem.spatial.loadable_meshes import loadable
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 
@@ -31,7 +36,7 @@ class BulletShape:
     Attributes:
         keywords: of `createCollisionShape`, with the margin.
         margin: [m] to add to distances.
-        radius: [m] of a ball around the shape's origin that holds it; None: to be asked of PyBullet.
+        radius: [m] of a sphere around the shape's origin that holds it; None: to be asked of PyBullet.
     """
 
     keywords: Mapping[str, Any]
@@ -65,24 +70,24 @@ def _capsule(entry: Mapping[str, Any]) -> BulletShape:
     return BulletShape(kind | {"height": length}, 0.0, radius + 0.5 * length)
 
 
-def _mesh(entry: Mapping[str, Any]) -> BulletShape:
-    concave = bool(entry.get("concave"))
+def _surface(entry: Mapping[str, Any]) -> BulletShape:
     keywords = {
         "shapeType": pybullet.GEOM_MESH,
         "fileName": str(entry["file"]),
         "meshScale": [entry.get("scale", 1.0)] * 3,
+        "flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
     }
-    flags = {"flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH} if concave else {}
-    return BulletShape(keywords | flags, 0.0 if concave else HULL_MARGIN_M, None)
+    return BulletShape(keywords, 0.0, None)
 
 
-# A new shape of obstacles in space is one entry here (and its class in the schema).
+# A new shape of obstacles in space is one entry here (and its class in the schema); meshes that are convex hulls are
+# made by `create_hulls`.
 BULLET_SHAPES: dict[str, Callable[[Mapping[str, Any]], BulletShape]] = {
     "sphere": _sphere,
     "box": _box,
     "cylinder": _cylinder,
     "capsule": _capsule,
-    "mesh": _mesh,
+    "mesh": _surface,
 }
 
 # Kinds of a robot's collision geometry whose distances carry no margin.
@@ -90,26 +95,33 @@ EXACT_GEOMETRIES = frozenset({"sphere", "capsule"})
 
 
 def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
-    """What a body is made of, wherever it lies: equal keys, equal shapes."""
+    """What a body is made of, wherever it lies: equal keys, equal shapes. Raises OSError for a file that is gone."""
     file = entry.get("file")
-    stat = Path(file).stat() if file else None
     size = entry.get("size")
     return (
         entry["shape"],
         entry.get("radius"),
         tuple(size) if size else None,
         entry.get("length"),
-        *((str(file), stat.st_mtime_ns, stat.st_size, entry.get("scale"), entry.get("concave")) if stat else ()),
+        *((file_digest(Path(file)), str(file), entry.get("scale"), entry.get("concave")) if file else ()),
     )
 
 
 def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
-    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it.
+    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a sphere that holds it.
 
     Raises ScenarioError for a mesh that cannot be read.
     """
-    if entry.get("file"):
-        check_mesh(Path(entry["file"]))
+    file = entry.get("file")
+    if file:
+        check_mesh(Path(file))
+        if not entry.get("concave"):
+            hulls = mesh_hulls(Path(file), (entry.get("scale", 1.0),) * 3)
+            return (
+                create_hulls(client, hulls),
+                HULL_MARGIN_M,
+                max(float(np.linalg.norm(h, axis=1).max()) for h in hulls),
+            )
     shape = BULLET_SHAPES[entry["shape"]](entry)
     try:
         with ExitStack() as stack:
@@ -120,16 +132,16 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
             collision = client.call("createCollisionShape", **keywords)
     except pybullet.error:
         raise ScenarioError(
-            f"obstacle {entry['name']!r}: PyBullet cannot read {entry.get('file', entry['shape'])}; "
+            f"obstacle {entry['name']!r}: PyBullet cannot read {file or entry['shape']}; "
             "meshes are .obj or .stl files of triangles"
         ) from None
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)
     radius = shape.radius
     if radius is None:
-        radius = farthest_corner(client.call("getAABB", body), (0.0, 0.0, 0.0))
+        radius = _farthest_corner(client.call("getAABB", body))
     return body, shape.margin, radius
 
 
-def farthest_corner(box: tuple[tuple[float, ...], tuple[float, ...]], point: tuple[float, ...]) -> float:
-    """Distance [m] of a point to the farthest corner of an axis-aligned box (lower, upper)."""
-    return sqrt(sum(max(abs(low - x), abs(high - x)) ** 2 for low, high, x in zip(box[0], box[1], point, strict=True)))
+def _farthest_corner(box: tuple[tuple[float, ...], tuple[float, ...]]) -> float:
+    """Distance [m] of the origin to the farthest corner of an axis-aligned box (lower, upper)."""
+    return sqrt(sum(max(abs(low), abs(high)) ** 2 for low, high in zip(box[0], box[1], strict=True)))
