@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.problem.robot import FloatArray
-from pytest_lpb.problem.spatial.bullet_files import create_hulls
+from pytest_lpb.problem.spatial.bullet_files import MARGIN_M, create_hulls
 from pytest_lpb.problem.spatial.client import Client
 from pytest_lpb.problem.spatial.hulls import Hulls, mesh_hulls
 from pytest_lpb.problem.spatial.layout import Part
 from pytest_lpb.problem.spatial.rotations import from_matrix, matrix_of
-from pytest_lpb.problem.spatial.shapes import BULLET_SHAPES, EXACT_GEOMETRIES, HULL_MARGIN_M
+from pytest_lpb.problem.spatial.shapes import BULLET_SHAPES, HULL_MARGIN_M
 from pytest_lpb.problem.spatial.urdf import Geometry
 
 NO_LINK = -1  # PyBullet's index of the base
@@ -54,7 +54,7 @@ def create_part(client: Client, robot: int, part: Part, link: int) -> Body:
 
     Raises ScenarioError for a mesh that cannot be read.
     """
-    margin = 0.0 if part.shape.kind in EXACT_GEOMETRIES else HULL_MARGIN_M
+    margin = _MARGINS.get(part.shape.kind, HULL_MARGIN_M)
     radius = farthest_point(part.shape)
     if not part.separate:
         return Body(part.name, robot, link, margin, radius)
@@ -102,6 +102,9 @@ def _hulls_of(shape: Geometry) -> Hulls:
 def _round(shape: Geometry) -> dict[str, Any]:
     return {"radius": shape.size[0], "length": shape.size[-1]}
 
+
+# Of shapes whose distances carry another margin than `HULL_MARGIN_M`.
+_MARGINS = {"sphere": 0.0, "capsule": 0.0, "mesh": MARGIN_M}
 
 # A shape's sizes as obstacles have them.
 _ENTRIES: dict[str, Callable[[Geometry], Mapping[str, Any]]] = {

@@ -28,6 +28,7 @@ CHUNK = struct.Struct("<4siQii")  # code, bytes of content, address, type, count
 LINK = struct.Struct("<Qi")  # in a hull: address and number of its vertices
 VERTEX_BYTES = 32  # four doubles, the last one unused
 TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+MARGIN_M = float(np.float32(0.001))  # [m] of hulls from files, which keep it in single precision
 SETTINGS = b"DWLD"  # of the world: not to be taken over
 
 
@@ -80,7 +81,7 @@ def vertices_of(file: bytes) -> FloatArray:
 def create_hulls(client: Client, pieces: Sequence[FloatArray]) -> int:
     """Create a body at the origin that is the union of convex hulls of vertices (n, 3) [m]; its PyBullet id.
 
-    Bullet surrounds each hull with its margin. The body stands still, and is in contact with whatever it meets.
+    Bullet surrounds each hull with a margin of `MARGIN_M`. The body stands still, and is in contact with whatever it meets.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hulls.bullet"

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.problem.spatial.bullet_files import create_hulls
+from pytest_lpb.problem.spatial.bullet_files import MARGIN_M, create_hulls
 from pytest_lpb.problem.spatial.client import Client, pybullet
 from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.hulls import mesh_hulls
@@ -89,9 +89,6 @@ BULLET_SHAPES: dict[str, Callable[[Mapping[str, Any]], BulletShape]] = {
     "capsule": _capsule,
     "mesh": _surface,
 }
-
-# Kinds of a robot's collision geometry whose distances carry no margin.
-EXACT_GEOMETRIES = frozenset({"sphere", "capsule"})
 
 
 def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
