@@ -81,7 +81,7 @@ def vertices_of(file: bytes) -> FloatArray:
 def create_hulls(client: Client, pieces: Sequence[FloatArray]) -> int:
     """Create a body at the origin that is the union of convex hulls of vertices (n, 3) [m]; its PyBullet id.
 
-    Bullet surrounds each hull with a margin of `MARGIN_M`. The body stands still, and is in contact with whatever it meets.
+    Bullet surrounds each hull with a margin of `MARGIN_M`. The body stands still, and collides with what it meets.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hulls.bullet"

@@ -114,11 +114,8 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
         check_mesh(Path(file))
         if not entry.get("concave"):
             hulls = mesh_hulls(Path(file), (entry.get("scale", 1.0),) * 3)
-            return (
-                create_hulls(client, hulls),
-                HULL_MARGIN_M,
-                max(float(np.linalg.norm(h, axis=1).max()) for h in hulls),
-            )
+            radius = max(float(np.linalg.norm(hull, axis=1).max()) for hull in hulls)
+            return create_hulls(client, hulls), MARGIN_M, radius
     shape = BULLET_SHAPES[entry["shape"]](entry)
     try:
         with ExitStack() as stack:
