@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from dataclasses import dataclass
 from math import hypot, sqrt
 from pathlib import Path
@@ -36,12 +35,12 @@ class BulletShape:
     Attributes:
         keywords: of `createCollisionShape`, with the margin.
         margin: [m] to add to distances.
-        radius: [m] of a sphere around the shape's origin that holds it; None: to be asked of PyBullet.
+        radius: [m] of a sphere around the shape's origin that holds it.
     """
 
     keywords: Mapping[str, Any]
     margin: float
-    radius: float | None
+    radius: float
 
 
 def _sphere(entry: Mapping[str, Any]) -> BulletShape:
@@ -70,24 +69,12 @@ def _capsule(entry: Mapping[str, Any]) -> BulletShape:
     return BulletShape(kind | {"height": length}, 0.0, radius + 0.5 * length)
 
 
-def _surface(entry: Mapping[str, Any]) -> BulletShape:
-    keywords = {
-        "shapeType": pybullet.GEOM_MESH,
-        "fileName": str(entry["file"]),
-        "meshScale": [entry.get("scale", 1.0)] * 3,
-        "flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
-    }
-    return BulletShape(keywords, 0.0, None)
-
-
-# A new shape of obstacles in space is one entry here (and its class in the schema); meshes that are convex hulls are
-# made by `create_hulls`.
+# A new shape of obstacles in space is one entry here (and its class in the schema).
 BULLET_SHAPES: dict[str, Callable[[Mapping[str, Any]], BulletShape]] = {
     "sphere": _sphere,
     "box": _box,
     "cylinder": _cylinder,
     "capsule": _capsule,
-    "mesh": _surface,
 }
 
 
@@ -109,33 +96,42 @@ def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, f
 
     Raises ScenarioError for a mesh that cannot be read.
     """
-    file = entry.get("file")
-    if file:
-        check_mesh(Path(file))
-        if not entry.get("concave"):
-            hulls = mesh_hulls(Path(file), (entry.get("scale", 1.0),) * 3)
-            radius = max(float(np.linalg.norm(hull, axis=1).max()) for hull in hulls)
-            return create_hulls(client, hulls), MARGIN_M, radius
+    if entry["shape"] == "mesh":
+        check_mesh(Path(entry["file"]))
+        return (_create_surface if entry.get("concave") else _create_hulls)(client, entry)
     shape = BULLET_SHAPES[entry["shape"]](entry)
+    collision = client.call("createCollisionShape", **shape.keywords)
+    return _create_still(client, collision), shape.margin, shape.radius
+
+
+def _create_hulls(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
+    """A mesh's convex hull, or the hull of each of its objects."""
+    hulls = mesh_hulls(Path(entry["file"]), (entry.get("scale", 1.0),) * 3)
+    radius = max(float(np.linalg.norm(hull, axis=1).max()) for hull in hulls)
+    return create_hulls(client, hulls), MARGIN_M, radius
+
+
+def _create_surface(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
+    """A mesh's triangles."""
     try:
-        with ExitStack() as stack:
-            keywords = dict(shape.keywords)
-            if "fileName" in keywords:
-                folder = stack.enter_context(tempfile.TemporaryDirectory())
-                keywords["fileName"] = str(loadable(Path(keywords["fileName"]), Path(folder)))
-            collision = client.call("createCollisionShape", **keywords)
+        with tempfile.TemporaryDirectory() as folder:
+            collision = client.call(
+                "createCollisionShape",
+                shapeType=pybullet.GEOM_MESH,
+                fileName=str(loadable(Path(entry["file"]), Path(folder))),
+                meshScale=[entry.get("scale", 1.0)] * 3,
+                flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            )
     except pybullet.error:
         raise ScenarioError(
-            f"obstacle {entry['name']!r}: PyBullet cannot read {file or entry['shape']}; "
+            f"obstacle {entry['name']!r}: PyBullet cannot read {entry['file']}; "
             "meshes are .obj or .stl files of triangles"
         ) from None
+    body = _create_still(client, collision)
+    lower, upper = client.call("getAABB", body)
+    return body, 0.0, sqrt(sum(max(abs(low), abs(high)) ** 2 for low, high in zip(lower, upper, strict=True)))
+
+
+def _create_still(client: Client, collision: int) -> int:
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)
-    radius = shape.radius
-    if radius is None:
-        radius = _farthest_corner(client.call("getAABB", body))
-    return body, shape.margin, radius
-
-
-def _farthest_corner(box: tuple[tuple[float, ...], tuple[float, ...]]) -> float:
-    """Distance [m] of the origin to the farthest corner of an axis-aligned box (lower, upper)."""
-    return sqrt(sum(max(abs(low), abs(high)) ** 2 for low, high in zip(box[0], box[1], strict=True)))
+    return body
