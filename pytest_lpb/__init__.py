@@ -24,6 +24,11 @@ _EXPORTS = {
     "Scenario": "pytest_lpb.scenario.load",
     "evaluate": "pytest_lpb.library.evaluate",
     "load_planner": "pytest_lpb.library.planners",
+    "register_engine": "pytest_lpb.problem.registration",
+    "register_goal": "pytest_lpb.problem.registration",
+    "register_robot": "pytest_lpb.problem.registration",
+    "register_shape": "pytest_lpb.problem.registration",
+    "register_urdf": "pytest_lpb.problem.registration",
     "load_run": "pytest_lpb.library.runs",
     "load_scenario": "pytest_lpb.scenario.load",
     "run_trial": "pytest_lpb.library.trial",
@@ -47,6 +52,11 @@ __all__ = [
     "load_run",
     "load_scenario",
     "plot",
+    "register_engine",
+    "register_goal",
+    "register_robot",
+    "register_shape",
+    "register_urdf",
     "run_trial",
 ]
 
@@ -60,6 +70,13 @@ if TYPE_CHECKING:
     from pytest_lpb.planner.base import Planner
     from pytest_lpb.problem.preview import Preview
     from pytest_lpb.problem.problem import Problem
+    from pytest_lpb.problem.registration import (
+        register_engine,
+        register_goal,
+        register_robot,
+        register_shape,
+        register_urdf,
+    )
     from pytest_lpb.report.plots import plot
     from pytest_lpb.scenario.load import Scenario, load_scenario
     from pytest_lpb.trajectory import Trajectory

@@ -5,8 +5,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, Protocol
 
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.registries import engines
 
 # Engine name -> "module:Class".
 ENGINES: dict[str, str] = {
@@ -43,7 +45,14 @@ class Engine(Protocol):
 
 
 def engine_for(problem: Problem) -> Engine:
-    """The engine that a problem names, with the problem loaded."""
-    module, _, name = ENGINES[problem.engine].partition(":")
-    engine: Engine = getattr(import_module(module), name)(problem)
-    return engine
+    """The engine that a problem names, with the problem loaded. Raises ScenarioError for one that is unknown here."""
+    target = ENGINES.get(problem.engine)
+    if target is not None:
+        module, _, name = target.partition(":")
+        engine: Engine = getattr(import_module(module), name)(problem)
+        return engine
+    registered = engines.get(problem.engine)
+    if registered is None:
+        raise ScenarioError(f"unknown engine {problem.engine!r}: what registers it is not loaded")
+    own: Engine = registered.create(problem)
+    return own

@@ -15,6 +15,7 @@ from pytest_lpb.environment.picture import RealTime
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
+from pytest_lpb.problem.planar.shapes import outline_of
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.shown import literal
@@ -82,7 +83,7 @@ class PlanarPicture:
         for obstacle, shape in zip(problem.obstacles, collision.shapes, strict=True):
             positions, angles = obstacle.poses(t)
             x, y, angle = float(positions[0, 0]), float(positions[0, 1]), float(angles[0])
-            outline = shape.outline()
+            outline = outline_of(shape)
             if isinstance(outline, float):
                 self._axes.add_patch(Circle((x, y), outline, color=OBSTACLE, linewidth=0))
             else:

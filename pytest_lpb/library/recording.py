@@ -10,6 +10,7 @@ from pytest_lpb.documents.atomic import write_once
 from pytest_lpb.documents.writer import dump_yaml
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.run.folder import RUN_FILE, RunFolder
+from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
 from pytest_lpb.study.family import FileFamily
 from pytest_lpb.trajectory import Trajectory
@@ -36,7 +37,7 @@ class Recorder:
         families = {} if source is None else {key: FileFamily(key, source)}
         if not (folder / RUN_FILE).is_file():
             _check_new(folder)
-            options: dict[str, Any] = {"workers": 1, "plugins": [], "invocation": str(Path.cwd())}
+            options: dict[str, Any] = {"workers": 1, "plugins": user_modules(), "invocation": str(Path.cwd())}
             information = run_information(sys.argv, [planner], families, options, Path.cwd())
             self._run = RunFolder.create(folder.absolute(), information, [planner], latest=False)
         else:

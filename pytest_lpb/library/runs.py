@@ -31,6 +31,7 @@ class Run:
     def __init__(self, folder: RunFolder, kpis: Sequence[str] | None) -> None:
         self._folder = folder
         self._kpis = kpis
+        self._loaded = False
         self.path = folder.path
         self.info: dict[str, Any] = folder.info()
 
@@ -40,13 +41,20 @@ class Run:
     @cached_property
     def _evaluation(self) -> Evaluation:
         registry = registered_kpis()
-        problems = load_user_modules(self.info.get("plugins", []), self.path)
+        self._load_modules()
         names = self.info.get("kpis") if self._kpis is None else self._kpis
         registry.select(names)
         evaluation = evaluate(self._folder, names)
-        for problem in [*problems, *evaluation.warnings]:
+        for problem in evaluation.warnings:
             warnings.warn(problem, stacklevel=4)
         return evaluation
+
+    def _load_modules(self) -> None:
+        """Load what defines KPIs, robots, shapes and the like, once."""
+        if not self._loaded:
+            for problem in load_user_modules(self.info.get("plugins", []), self.path):
+                warnings.warn(problem, stacklevel=4)
+            self._loaded = True
 
     @property
     def trials(self) -> pd.DataFrame:
@@ -59,10 +67,12 @@ class Run:
 
     def trajectory(self, node_id: str) -> Trajectory:
         """Raw data of one trial, by its node id as in `trials`. Raises LpbError for one that is not in the run."""
+        self._load_modules()
         return read_trial(find_trial(self._folder, node_id))
 
     def trajectories(self) -> Iterator[Trajectory]:
         """Raw data of all trials, one after the other, in the order of their files."""
+        self._load_modules()
         return (read_trial(path) for path in self._folder.trial_files())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,6 +49,7 @@ class ObstacleInfo:
     file: str | None = None  # of a mesh
     scale: float = 1.0  # of a mesh
     concave: bool = False  # of a mesh: its inside is free
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # keys of a shape that a user has registered
 
 
 OBSTACLE_KEYS = tuple(field.name for field in fields(ObstacleInfo))

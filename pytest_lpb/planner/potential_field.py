@@ -17,6 +17,7 @@ from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.fields import LENGTHS, ControlPoints, Distances, ObstacleField, Points, SelfDistances
+from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances
 from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
@@ -64,6 +65,7 @@ class PotentialField(Planner):
     def setup(self, problem: PlannerProblem) -> None:
         """Place the control points and compose the goal's task."""
         check_control(self.name, problem)
+        check_shapes(self.name, problem)
         parameters = self.parameters
         self._axes = np.arange(problem.dimension)
         self._length = LENGTHS[problem.dimension]

@@ -9,6 +9,7 @@ import numpy as np
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.actuation import actuation_of
 from pytest_lpb.planner.base import FloatArray, GoalInfo, Observation, PlannerProblem
+from pytest_lpb.planner.known import check_goals
 from pytest_lpb.planner.planar_rows import PLANAR_ROWS
 from pytest_lpb.planner.rows import Row
 from pytest_lpb.planner.spatial_rows import SPATIAL_ROWS, angular_velocity
@@ -73,6 +74,7 @@ class Task:
 
 def check_control(planner: str, problem: PlannerProblem) -> None:
     """Raise ConfigurationError for torque control: these laws give accelerations or velocities, and know no masses."""
+    check_goals(planner, problem)
     if problem.control == "torque":
         raise ConfigurationError(
             f"{planner} gives accelerations or velocities, not torques; use control: acceleration with dynamics: true"

@@ -6,14 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pytest_lpb.problem.obstacle import Obstacle
+from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
+from pytest_lpb.problem.registries import registered_vertices
+from pytest_lpb.problem.robot import FloatArray
 
 
 def _of_mesh(obstacle: Any) -> tuple[float, ...]:
     from pytest_lpb.problem.spatial.meshes import mesh_vertices  # imports PyBullet
 
-    x, y, z = (2.0 * abs(mesh_vertices(Path(obstacle.file), (obstacle.scale,) * 3)).max(axis=0)).tolist()
-    return (x, y, z)
+    return _around(mesh_vertices(Path(obstacle.file), (obstacle.scale,) * 3))
 
 
 _EXTENTS: dict[str, Callable[[Any], tuple[float, ...]]] = {
@@ -33,4 +37,14 @@ def extents_of(obstacle: Obstacle) -> tuple[float, ...]:
 
     Raises ScenarioError for a mesh that cannot be read.
     """
-    return _EXTENTS[obstacle.shape](obstacle)
+    known = _EXTENTS.get(obstacle.shape)
+    if known is not None:
+        return known(obstacle)
+    if obstacle.motion.size == 3:
+        return _around(registered_vertices(obstacle.entry))
+    outline = outline_of(planar_shape(obstacle.entry))
+    return (2.0 * outline,) * 2 if isinstance(outline, float) else _around(np.array(outline))
+
+
+def _around(points: FloatArray) -> tuple[float, ...]:
+    return tuple((2.0 * abs(points).max(axis=0)).tolist())

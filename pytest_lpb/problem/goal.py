@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from typing import Any, ClassVar
 
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import Motion, motion_from
+from pytest_lpb.problem.registries import goals
 from pytest_lpb.problem.robot import FloatArray, Robot
 
 # (dimension, type) -> "module:Class". A new sub-goal type is one class and one line here.
@@ -70,10 +72,20 @@ class SubGoal(ABC):
 
 def goal_from(entries: Sequence[Mapping[str, Any]], robot: Robot) -> tuple[SubGoal, ...]:
     """The sub-goals of a concrete problem; exactly one of them is primary."""
-    goals = []
-    for entry in entries:
-        module, _, name = GOAL_TYPES[robot.dimension, entry["type"]].partition(":")
-        goals.append(getattr(import_module(module), name)(entry, robot))
-    if not any(goal.primary for goal in goals):
-        goals[0].primary = True
-    return tuple(goals)
+    found = [_class_of(entry["type"], robot.dimension)(entry, robot) for entry in entries]
+    if not any(goal.primary for goal in found):
+        found[0].primary = True
+    return tuple(found)
+
+
+def _class_of(kind: str, dimension: int) -> Callable[[Mapping[str, Any], Robot], SubGoal]:
+    """The class of a type of sub-goals. Raises ScenarioError for one that is unknown here."""
+    target = GOAL_TYPES.get((dimension, kind))
+    if target is not None:
+        module, _, name = target.partition(":")
+        built_in: type[SubGoal] = getattr(import_module(module), name)
+        return built_in
+    registered = goals.get(kind)
+    if registered is None:
+        raise ScenarioError(f"unknown type of sub-goal {kind!r}: what registers it is not loaded")
+    return registered.create

@@ -7,9 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from pytest_lpb.motion import Motion, angle_motion, motion_from, turning_motion
+from pytest_lpb.problem.registries import shapes
 from pytest_lpb.problem.robot import FloatArray
 
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # quaternion wxyz
+
+
+def _own_keys(entry: Mapping[str, Any]) -> dict[str, Any]:
+    registered = shapes.get(entry["shape"])
+    return {} if registered is None else {key: entry[key] for key in registered.keys if key in entry}
 
 
 class Obstacle:
@@ -24,11 +30,14 @@ class Obstacle:
         self.name: str = entry["name"]
         self.shape: str = entry["shape"]
         self.radius: float | None = entry.get("radius")  # [m]
-        self.size: tuple[float, ...] | None = tuple(entry["size"]) if "size" in entry else None  # [m] full lengths
+        self.size: tuple[float, ...] | None = (
+            tuple(entry["size"]) if isinstance(entry.get("size"), list | tuple) else None
+        )  # [m] full lengths
         self.length: float | None = entry.get("length")  # [m] along z; of a capsule between its cap centres
         self.file: str | None = entry.get("file")  # of a mesh
         self.scale: float = entry.get("scale", 1.0)  # of a mesh
         self.concave: bool = entry.get("concave", False)  # of a mesh
+        self.parameters = _own_keys(entry)  # of a registered shape
         self.motion: Motion = motion_from(entry, key="position")
         turn = entry.get("orientation")
         if self.motion.size == 3:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pytest_lpb.names import suggestion
+from pytest_lpb.problem.registries import robots
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.collision import CollisionSpace
@@ -153,6 +154,11 @@ class Robot(ABC):
         return self.joint_types
 
     @property
+    def action_names(self) -> tuple[str, ...]:
+        """Names of the entries of u: the joints' where each has its own."""
+        return self.joint_names if self.n_actions == self.dof else tuple(f"u{i}" for i in range(self.n_actions))
+
+    @property
     def non_holonomic(self) -> bool:
         """Whether u has fewer entries than q, since the base cannot move sideways."""
         return self.base in NON_HOLONOMIC_BASES
@@ -237,7 +243,12 @@ def limit_array(entries: Sequence[Sequence[float] | None] | None, count: int) ->
 
 def robot_from(entry: Mapping[str, Any]) -> Robot:
     """The robot of a concrete problem's `robot` section. Raises ScenarioError for an unknown model."""
-    target = ROBOT_MODELS.get(entry.get("model") or "", SPATIAL_ROBOT)
+    model = entry.get("model") or ""
+    registered = robots.get(model) if model and model not in ROBOT_MODELS else None
+    if registered is not None and registered.create is not None:
+        own: Robot = registered.create(entry)
+        return own
+    target = ROBOT_MODELS.get(model, SPATIAL_ROBOT)
     module, _, name = target.partition(":")
     robot: Robot = getattr(import_module(module), name)(entry)
     return robot

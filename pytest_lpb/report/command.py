@@ -174,6 +174,9 @@ def _write_video(run: RunFolder, options: argparse.Namespace) -> None:
 
     fps = DEFAULT_FPS if options.fps is None else options.fps
     format_of(options.video, fps)  # before anything is read
+    # Registered robots and shapes are needed to read the trial.
+    for warning in load_user_modules(run.info().get("plugins", []), run.path):
+        print(warning, file=sys.stderr)
     trajectory = read_trial(find_trial(run, options.trial))
     print(f"video: {write_video(trajectory, options.video, fps)}")
 

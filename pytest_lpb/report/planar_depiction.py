@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.problem.planar.shapes import SHAPES
+from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.projection import Disc, Outline, Projection
@@ -34,7 +34,7 @@ class PlanarDepiction:
         projection: Projection,  # noqa: ARG002 - there is one
     ) -> Outline:
         """An obstacle's outline: position (2,) [m], angle [rad]."""
-        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        outline = outline_of(planar_shape(obstacle.entry))
         if isinstance(outline, float):
             return Disc(position, outline)
         angle = float(orientation)

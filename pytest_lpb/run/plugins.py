@@ -14,6 +14,7 @@ from typing import Any
 from pytest_lpb.errors import KpiError, in_one_line
 from pytest_lpb.kpis.definition import innermost
 from pytest_lpb.kpis.registry import default_registry
+from pytest_lpb.problem.registries import origins
 
 ENTRY_POINT_GROUP = "pytest_lpb.kpis"
 OWN_PACKAGE = "pytest_lpb"
@@ -29,7 +30,10 @@ def load_kpi_entry_points() -> None:
 
 
 def user_modules(also: Iterable[str] = (), plots: Iterable[Callable[..., Any]] = ()) -> list[dict[str, str]]:
-    """Modules of users that registered KPIs or `plots`, and `also`; each with its file, to load it again elsewhere."""
+    """Modules of users that registered KPIs, `plots`, shapes and the like, and `also`.
+
+    Each with its file, to load it again elsewhere.
+    """
     found = {(name, _file_of_module(name)): None for name in also}
     for function in (*(kpi.function for kpi in default_registry), *plots):
         origin = innermost(function)
@@ -37,6 +41,7 @@ def user_modules(also: Iterable[str] = (), plots: Iterable[Callable[..., Any]] =
         code = getattr(origin, "__code__", None)
         file = str(Path(code.co_filename).resolve()) if code else _file_of_module(origin.__module__)
         found[origin.__module__, file] = None
+    found |= {(origin.module, origin.file): None for origin in origins()}
     return [{"module": name, "file": file} for name, file in found if name.partition(".")[0] != OWN_PACKAGE]
 
 

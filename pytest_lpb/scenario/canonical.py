@@ -14,10 +14,9 @@ from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.robot import Robot
 from pytest_lpb.scenario.schema.success import Success
 from pytest_lpb.scenario.self_collision import concrete_pairs
-from pytest_lpb.scenario.structure import MODELS, Structure
+from pytest_lpb.scenario.structure import Structure, planar_entry
 
 DEFAULT_HOLD_TIME = 0.5  # [s]
-DEFAULT_WHEEL_BASE = 0.5  # [m]
 DEFAULT_SUBSTEPS = 20  # of the physics per dt
 DEFAULT_ORIENTATIONS: dict[int, Any] = {2: 0.0, 3: [1.0, 0.0, 0.0, 0.0]}  # by dimension: angle [rad], quaternion wxyz
 HOLD_TO_THE_END = "end"
@@ -27,7 +26,7 @@ Plain = dict[str, Any]
 
 def concrete_form(file: ScenarioFile, structure: Structure) -> Plain:
     """What `Problem.from_dict` reads; a scenario file of this content gives the same form again."""
-    robot = _robot(file.robot) if is_planar(file.robot) else _spatial_robot(file.robot)
+    robot = planar_entry(file.robot) if is_planar(file.robot) else _spatial_robot(file.robot)
     robot["self_collision_pairs"] = concrete_pairs(file.robot, structure.links, structure.bodies)
     return {
         "version": 1,
@@ -43,27 +42,6 @@ def concrete_form(file: ScenarioFile, structure: Structure) -> Plain:
         "success": _success(file.success, file.goal),
         **({} if file.certified is None else {"certified": file.certified.model_dump(exclude_none=True)}),
     }
-
-
-def _robot(robot: Robot) -> Plain:
-    model = MODELS[robot.model or ""]
-    links = robot.links or []
-    plain: Plain = {
-        "model": robot.model,
-        "name": robot.name or (f"{robot.model}_{len(links)}" if links else robot.model),
-    }
-    if "links" in model.keys:
-        plain["links"] = list(links)
-    plain["control"] = robot.control
-    plain["base"] = model.base
-    plain["body_radius"] = model.body_radius if robot.body_radius is None else robot.body_radius
-    if "wheel_base" in model.keys:
-        plain["wheel_base"] = DEFAULT_WHEEL_BASE if robot.wheel_base is None else robot.wheel_base
-    plain["collision"] = (
-        robot.collision if isinstance(robot.collision, str) else robot.collision.model_dump(exclude_none=True)
-    )
-    plain["limits"] = {key: getattr(robot.limits, key, None) for key in ("position", "velocity", "acceleration")}
-    return plain
 
 
 def _spatial_robot(robot: Robot) -> Plain:

@@ -19,6 +19,7 @@ from pytest_lpb.problem.goal import SubGoal, goal_from
 from pytest_lpb.problem.hashing import copied
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.registries import default_of, shapes
 from pytest_lpb.problem.robot import FloatArray, Robot, robot_from
 from pytest_lpb.scenario.feasibility import goal_fault, is_free, start_fault
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
@@ -221,11 +222,12 @@ class _Draw:
 
     def _draw_group(self, group: dict[str, Any], names: list[str], stream: Stream, index: int) -> list[dict[str, Any]]:
         fields, ranges = _group_ranges(group)
+        fixed = {key: group[key] for key in _size_keys(group["shape"])[1] if key in group}
         placed: dict[int, dict[str, Any]] = {}
         for _ in range(MAX_ATTEMPTS):
             for item, values in enumerate(stream.rows(len(names), ranges)):
                 if item not in placed:
-                    entry = _obstacle_entry(names[item], group["shape"], fields, values)
+                    entry = _obstacle_entry(names[item], group["shape"], fields, values) | fixed
                     if self._suits(entry):
                         placed[item] = entry
             if len(placed) == len(names):
@@ -261,11 +263,20 @@ def _fix_target(entry: dict[str, Any], target: list[float]) -> None:
     entry["target"] = target
 
 
+def _size_keys(shape: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Keys of a shape that are drawn from ranges, and those of a registered one that are taken as they are."""
+    registered = shapes.get(shape)
+    if registered is None:
+        return ("radius", "length", "size"), ()
+    drawn = tuple(key for key, kind in registered.keys.items() if default_of(kind)[0] is float)
+    return drawn, tuple(key for key in registered.keys if key not in drawn)
+
+
 def _group_ranges(group: dict[str, Any]) -> tuple[list[tuple[str, int | None]], list[list[float]]]:
     """Fields of a group in their order of drawing, (key, index or None for a number), and the range of each."""
     fields: list[tuple[str, int | None]] = []
     ranges: list[list[float]] = []
-    for key in ("position", "radius", "length", "size", "orientation", "velocity"):
+    for key in ("position", *_size_keys(group["shape"])[0], "orientation", "velocity"):
         value = group.get(key)
         if value is None:
             continue

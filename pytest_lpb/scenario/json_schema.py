@@ -8,15 +8,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.scenario.schema import ScenarioFile
+from pytest_lpb.scenario.schema.registered import scenario_model
 
 SCHEMA_FILE = Path(__file__).with_name("scenario.schema.json")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def scenario_json_schema() -> dict[str, Any]:
-    """The schema as plain data."""
-    return {"$schema": DIALECT, **ScenarioFile.model_json_schema(), "title": "pytest-lpb scenario"}
+    """The schema as plain data, with what users have registered in this process."""
+    return {"$schema": DIALECT, **scenario_model().model_json_schema(), "title": "pytest-lpb scenario"}
 
 
 def schema_text() -> str:

@@ -23,6 +23,7 @@ from pytest_lpb.scenario.messages import faults_of, valid_parts
 from pytest_lpb.scenario.robots import structure_of
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.randomize import Randomize
+from pytest_lpb.scenario.schema.registered import scenario_model
 from pytest_lpb.scenario.schema.success import ExpectedFailure
 
 
@@ -155,13 +156,14 @@ def _checked(document: Document, name: str, escaping: Sequence[Fault]) -> Scenar
         # Not even looked at: what such a file holds must not show in messages.
         raise ScenarioError(*capped([_line(name, document.line_of(fault.loc), fault) for fault in escaping]))
     faults: list[Fault] = []
+    model = scenario_model()
     try:
-        file = ScenarioFile.model_validate(document.data)
+        file = model.model_validate(document.data)
         wrong: frozenset[str] = frozenset()
     except ValidationError as error:
-        faults = faults_of(error, ScenarioFile, document.data)
+        faults = faults_of(error, model, document.data)
         wrong = frozenset(str(fault.loc[0]) for fault in faults if fault.loc)
-        file = ScenarioFile.model_construct(**valid_parts(ScenarioFile, document.data, set(wrong)))
+        file = model.model_construct(**valid_parts(model, document.data, set(wrong)))
     try:
         faults += check(file, wrong)
     except MissingRobotsError as error:

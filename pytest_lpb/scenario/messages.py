@@ -8,6 +8,7 @@ from pydantic_core import ErrorDetails
 
 from pytest_lpb.documents.faults import Fault, Loc, described
 from pytest_lpb.names import listed, suggestion
+from pytest_lpb.scenario.schema.available import drawn_shape_names, goal_type_names, shape_names
 
 Context = dict[str, Any]
 
@@ -132,7 +133,8 @@ def _unknown_tag(details: ErrorDetails) -> str:
     # Unions are told apart by the key `type` (goals) or `shape` (obstacles).
     if not isinstance(details["input"], dict):
         return f"found {described(details['input'])}; {_MAPPING}"
-    key, allowed = _TAGGED[str(details["loc"][0])]
+    key, names = _TAGGED[str(details["loc"][0])]
+    allowed = names()
     if key not in details["input"]:
         return f"{key} is missing; allowed: {listed(allowed)}"
     found = details["input"][key]
@@ -140,11 +142,10 @@ def _unknown_tag(details: ErrorDetails) -> str:
     return f"{key}: found {described(found)}{hint}; allowed: {listed(allowed)}"
 
 
-_DRAWN_SHAPES = ("circle", "rectangle", "sphere", "box", "cylinder", "capsule")
 _TAGGED = {
-    "goal": ("type", ("position", "orientation", "joint", "alignment")),
-    "obstacles": ("shape", (*_DRAWN_SHAPES, "mesh")),
-    "randomize": ("shape", _DRAWN_SHAPES),
+    "goal": ("type", goal_type_names),
+    "obstacles": ("shape", shape_names),
+    "randomize": ("shape", drawn_shape_names),
 }
 
 

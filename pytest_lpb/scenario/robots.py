@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.scenario.schema.robot import Robot
-from pytest_lpb.scenario.structure import MODELS, Structure, planar_structure
+from pytest_lpb.scenario.structure import Structure, planar_model, planar_structure
 
 
 def is_planar(robot: Robot) -> bool:
     """Whether the robot is of a planar model."""
-    return robot.urdf is None and robot.model in MODELS
+    return robot.urdf is None and planar_model(robot.model or "") is not None
 
 
 def structure_of(robot: Robot) -> Structure | None:
     """The structure of a robot that can be; None for others, whose faults a check tells."""
     if is_planar(robot):
-        return planar_structure(robot)
+        try:
+            return planar_structure(robot)
+        except ScenarioError:
+            return None
     if (robot.model is None) == (robot.urdf is None):
         return None
     # Imported late: planar scenarios need none of it.

@@ -16,6 +16,7 @@ from pytest_lpb.problem.packages import SCHEME
 from pytest_lpb.problem.paths import paths_in
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
+from pytest_lpb.scenario.schema.registered import scenario_model
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def _files(folder: Path) -> list[Path]:
 def _entry(path: Path, folder: Path) -> Entry:
     try:
         data = read_yaml(path.read_bytes(), str(path)).data
-        file = ScenarioFile.model_validate(data)
+        file = scenario_model().model_validate(data)
     except ValidationError as error:
         raise ScenarioError(f"{path}: {error.error_count()} faults; `pytest --collect-only` names them") from None
     moving = sum(map(_moves, file.obstacles))

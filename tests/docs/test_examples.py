@@ -61,7 +61,7 @@ def test_planner_file(repository: pytest.Pytester) -> None:
 
 
 def test_kpi_and_plot(repository: pytest.Pytester) -> None:
-    kpi, plot, _ = blocks("docs/extending.md", "python")
+    kpi, plot, *_ = blocks("docs/extending.md", "python")
     repository.makepyfile(my_plugins=f"{kpi}\n{plot}")
     repository.makeini("[pytest]\nlpb_plugins = my_plugins\n")
     repository.runpytest_subprocess("--lpb-planners=mine").assert_outcomes(xfailed=1)
@@ -83,6 +83,16 @@ def test_script(page: str, repository: pytest.Pytester) -> None:
     assert result.outlines, "the example prints what it found"
 
 
+def test_a_shape_and_a_type_of_sub_goal(repository: pytest.Pytester) -> None:
+    (repository.path / "scenarios/disc.yaml").write_text(blocks("docs/extending.md", "yaml")[1], "utf-8")
+    repository.makeconftest(
+        f"{blocks('docs/extending.md', 'python')[2]}\n\n"
+        "from pytest_lpb import Planner\n\n\nclass Away(Planner):\n    name = 'away'\n\n"
+        "    def compute_action(self, observation):\n        return 2 * (0.7 - observation['q']) - 3 * observation['qd']\n"
+    )
+    repository.runpytest_subprocess("--lpb-planners=away", "--lpb-trials=2").assert_outcomes(passed=2)
+
+
 def test_kinematics_of_the_page_on_robots(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     found: dict[str, object] = {}
@@ -97,7 +107,7 @@ def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
     scenario = load_scenario(path)
     check_feasible(scenario)
     assert len(draw_problem(scenario, 0, ("obstacles",)).obstacles) > 3
-    mobile = yaml.safe_load(next(text for text in blocks("docs/robots.md", "yaml") if "base_size" in text))
+    mobile = yaml.safe_load(blocks("docs/robots.md", "yaml")[1])
     description = SpatialDescription(Robot.model_validate(mobile["robot"]))
     assert description.structure.actions[:2] == ("v", "w")
     robot = robot_from(description.entry)

@@ -22,10 +22,11 @@ def project(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, warm: No
     """An empty planner repository; planners and KPIs that a run registers are forgotten afterwards."""
     from pytest_lpb.kpis.registry import default_registry as kpis
     from pytest_lpb.planner import registry as planners
+    from pytest_lpb.problem import registries
     from pytest_lpb.report.plots import default_registry as plots
 
     monkeypatch.setattr(planners, "_classes", dict(planners._classes))
-    with kpis.preserved(), plots.preserved():
+    with kpis.preserved(), plots.preserved(), registries.preserved():
         yield Project(pytester)
 
 

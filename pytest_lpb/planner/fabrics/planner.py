@@ -12,6 +12,7 @@ from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerPro
 from pytest_lpb.planner.fabrics.composition import Composer
 from pytest_lpb.planner.fabrics.observed import goal_fills, obstacle_fills
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
+from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.scene.fills import Fill
 from pytest_lpb.planner.scene.meshes import MeshFill
 from pytest_lpb.planner.scene.shapes import MESH
@@ -38,6 +39,7 @@ class Fabrics(Planner):
     def setup(self, problem: PlannerProblem) -> None:
         """Compose the fabric, or take the composed one of an equal structure."""
         check_control(self.name, problem)
+        check_shapes(self.name, problem)
         _check_planes(problem, self.parameters)
         _check_shortening(problem, self.parameters)
         composed = _composed_for(problem, self.parameters)

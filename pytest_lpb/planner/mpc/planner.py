@@ -13,6 +13,7 @@ import numpy as np
 
 from pytest_lpb.errors import ConfigurationError
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
+from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.mpc.bounds import Bounds
 from pytest_lpb.planner.mpc.composed import composed_for
 from pytest_lpb.planner.mpc.converged import ConvergedSolver, guess_of
@@ -42,6 +43,7 @@ class Mpc(Planner):
     def setup(self, problem: PlannerProblem) -> None:
         """Compose the horizon, or take the composed one of an equal structure."""
         check_control(self.name, problem)
+        check_shapes(self.name, problem)
         _check_period(problem, self.parameters)
         _check_solver(self.parameters)
         parameters = self.parameters

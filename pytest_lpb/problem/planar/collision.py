@@ -11,7 +11,7 @@ from pytest_lpb.problem.collision import Clearance, ClosedAtTheEnd
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.planar.geometry import segment_to_segment
 from pytest_lpb.problem.planar.robot import Frame, PlanarRobot
-from pytest_lpb.problem.planar.shapes import SHAPES, PlacedShape
+from pytest_lpb.problem.planar.shapes import PlacedShape, planar_shape
 
 CONTACT_SLACK_M = 1e-9  # [m] depth from which bodies collide: touching within rounding is none
 
@@ -22,7 +22,7 @@ class PlanarCollision:
     """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed."""
 
     def __init__(self, robot: PlanarRobot, obstacles: Sequence[Obstacle]) -> None:
-        self.shapes: list[PlacedShape] = [SHAPES[obstacle.shape](obstacle.entry) for obstacle in obstacles]
+        self.shapes: list[PlacedShape] = [planar_shape(obstacle.entry) for obstacle in obstacles]
         self._names = [obstacle.name for obstacle in obstacles]
         bodies = robot.collision_bodies
         self._bodies = [

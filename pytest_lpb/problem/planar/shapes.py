@@ -1,4 +1,4 @@
-"""Shapes of planar obstacles, placed in the world. A new shape is one class here, in `SHAPES`."""
+"""Shapes of planar obstacles, placed in the world. A new shape is one class here, in `SHAPES`, or a user's own."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from math import cos, hypot, sin
 from typing import Any, Protocol
 
+from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.planar.geometry import point_to_segment, segment_to_box
+from pytest_lpb.problem.registries import shapes
 
 
 class PlacedShape(Protocol):
@@ -77,3 +79,21 @@ class Rectangle:
 
 
 SHAPES: dict[str, type[Circle] | type[Rectangle]] = {"circle": Circle, "rectangle": Rectangle}
+
+
+def planar_shape(entry: Mapping[str, Any]) -> PlacedShape:
+    """The shape of an obstacle's entry. Raises ScenarioError for one that is unknown here."""
+    built_in = SHAPES.get(entry["shape"])
+    if built_in is not None:
+        return built_in(entry)
+    registered = shapes.get(entry["shape"])
+    if registered is None:
+        raise ScenarioError(f"unknown shape {entry['shape']!r}: what registers it is not loaded")
+    shape: PlacedShape = registered.create(entry)
+    return shape
+
+
+def outline_of(shape: PlacedShape) -> list[tuple[float, float]] | float:
+    """Corners of a shape in its frame [m], or the radius of a disc [m]: one around a shape that has no outline."""
+    outline = getattr(shape, "outline", None)
+    return float(shape.circumradius) if outline is None else outline()

@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from pytest_lpb.errors import MissingRobotsError, ScenarioError
 from pytest_lpb.names import listed, suggestion
+from pytest_lpb.problem.registries import robots
 
 NOTHING: Mapping[str, float] = MappingProxyType({})
 
@@ -76,9 +77,12 @@ _EXAMPLE_ROBOT_DATA: dict[str, dict[str, object]] = {
 }
 
 
+BUILT_IN = (*_PYBULLET, *_EXAMPLE_ROBOT_DATA)
+
+
 def known_robots() -> tuple[str, ...]:
     """Names of all robots of the library, sorted; those of example-robot-data whether it is installed or not."""
-    return tuple(sorted({*_PYBULLET, *_EXAMPLE_ROBOT_DATA}))
+    return tuple(sorted({*BUILT_IN, *(robot.name for robot in robots.all() if robot.urdf is not None)}))
 
 
 def library_robot(name: str) -> LibraryRobot:
@@ -88,6 +92,9 @@ def library_robot(name: str) -> LibraryRobot:
         ScenarioError: unknown name.
         MissingRobotsError: the package that has it is not installed.
     """
+    registered = robots.get(name)
+    if registered is not None and registered.urdf is not None:
+        return LibraryRobot(**registered.urdf)
     entry = _PYBULLET.get(name) or _EXAMPLE_ROBOT_DATA.get(name)
     if entry is None:
         raise ScenarioError(

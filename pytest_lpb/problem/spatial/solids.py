@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pytest_lpb.problem.extents import extents_of
 from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.rotations import matrix_of
@@ -37,7 +38,9 @@ class Solid:
 
 
 def geometry_of(obstacle: Obstacle) -> Geometry:
-    """An obstacle's shape as a robot's links have them."""
+    """An obstacle's shape as a robot's links have them; of a registered shape the box around it."""
+    if obstacle.shape not in OBSTACLE_SIZES:
+        return Geometry("box", extents_of(obstacle))
     size = tuple(float(value or 0.0) for value in OBSTACLE_SIZES[obstacle.shape](obstacle))
     return Geometry(obstacle.shape, size, file=None if obstacle.file is None else Path(obstacle.file))
 

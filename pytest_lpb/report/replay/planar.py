@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.problem.planar.shapes import SHAPES
+from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.obstacle import Obstacle
@@ -45,7 +45,7 @@ class PlanarMotion:
 
     def obstacle(self, obstacle: Obstacle) -> list[Any]:
         """A disc, or a polygon."""
-        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        outline = outline_of(planar_shape(obstacle.entry))
         if isinstance(outline, float):
             return [["disc", 0, outline]]
         return [["polygon", 0, [[round(x, DIGITS), round(y, DIGITS)] for x, y in outline]]]
@@ -57,7 +57,7 @@ class PlanarMotion:
 
     def around(self, obstacle: Obstacle, t: FloatArray) -> FloatArray:
         """Corners of the square around it."""
-        outline = SHAPES[obstacle.shape](obstacle.entry).outline()
+        outline = outline_of(planar_shape(obstacle.entry))
         reach = outline if isinstance(outline, float) else float(np.linalg.norm(outline, axis=1).max())
         positions = obstacle.poses(t)[0]
         return np.concatenate([positions - reach, positions + reach])

@@ -7,6 +7,7 @@ from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import Motion, NormalisedMotion, motion_from
 from pytest_lpb.motion.motion import sampled_times
+from pytest_lpb.problem.registries import goals as goal_types
 from pytest_lpb.scenario.checks.robot import unknown_name
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
 from pytest_lpb.scenario.schema.goal import (
@@ -20,6 +21,7 @@ from pytest_lpb.scenario.schema.goal import (
 from pytest_lpb.scenario.structure import Structure
 
 WORLD = "world"
+WHERE = {2: "in the plane", 3: "in space"}
 _SUFFIXES = ("", "_velocity", "_acceleration", "_preview")
 
 
@@ -68,15 +70,22 @@ def check_frames(goals: list[Goal], structure: Structure) -> Iterator[Fault]:
     """Links, joints and axes are those of the robot."""
     for index, goal in enumerate(goals):
         place = ("goal", index)
-        if isinstance(goal, JointGoal):
-            for position, joint in enumerate(goal.joints):
-                yield from unknown_name((*place, "joints", position), joint, structure.joints, "joint")
-            continue
-        yield from unknown_name((*place, "link"), goal.link, structure.links, "link")
+        yield from _dimension((*place, "type"), goal, structure)
+        for position, joint in enumerate(getattr(goal, "joints", ())):
+            yield from unknown_name((*place, "joints", position), joint, structure.joints, "joint")
+        link = getattr(goal, "link", None)
+        if link is not None:
+            yield from unknown_name((*place, "link"), link, structure.links, "link")
         if isinstance(goal, PositionGoal):
             yield from _position_frames(place, goal, structure)
         elif isinstance(goal, AlignmentGoal):
             yield from _alignment_frames(place, goal, structure)
+
+
+def _dimension(place: Loc, goal: Goal, structure: Structure) -> Iterator[Fault]:
+    registered = goal_types.get(goal.type)
+    if registered is not None and registered.dimension not in (None, structure.dimension):
+        yield Fault(place, f"{goal.type} is for robots {WHERE[registered.dimension]} only")
 
 
 def _position_frames(place: Loc, goal: PositionGoal, structure: Structure) -> Iterator[Fault]:
@@ -128,11 +137,16 @@ _TARGET_SIZES: dict[str, Callable[[Any, int], tuple[int, str]]] = {
 }
 
 
+def _target_size(goal: Any, dimension: int) -> tuple[int, str]:
+    registered = goal_types.get(goal.type)
+    return _TARGET_SIZES[goal.type](goal, dimension) if registered is None else (registered.size, "as registered")
+
+
 def check_targets(goals: list[Goal], environment: Environment, structure: Structure) -> Iterator[Fault]:
     """Each target has the right length, in one form, and stays finite for the duration."""
     for index, goal in enumerate(goals):
         if isinstance(goal, MovingGoal):
-            size = _TARGET_SIZES[goal.type](goal, structure.dimension)
+            size = _target_size(goal, structure.dimension)
             faults = list(check_motion(("goal", index), goal, "target", size, environment))
             yield from faults
             if not faults and isinstance(goal, OrientationGoal) and structure.dimension == 3:

@@ -9,7 +9,7 @@ from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import angle_motion, turning_motion
 from pytest_lpb.names import listed
 from pytest_lpb.scenario.checks.goal import check_motion, stays_finite
-from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES, DIMENSIONS, SAME_SHAPE
+from pytest_lpb.scenario.schema.available import SAME_SHAPE, dimension_of, shapes_of
 from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Mesh, Obstacle
 
@@ -35,9 +35,9 @@ def check_names(obstacles: list[Obstacle], source: str | None) -> Iterator[Fault
 
 def check_shapes(obstacles: list[Obstacle], environment: Environment) -> Iterator[Fault]:
     """The engine has these shapes."""
-    allowed = AVAILABLE_SHAPES.get(environment.engine)
+    allowed = shapes_of(environment.engine)
     for index, obstacle in enumerate(obstacles):
-        if allowed and obstacle.shape not in allowed:
+        if obstacle.shape not in allowed:
             yield Fault(("obstacles", index, "shape"), wrong_shape(obstacle.shape, environment.engine, allowed))
 
 
@@ -49,7 +49,7 @@ def wrong_shape(shape: str, engine: str, allowed: Sequence[str]) -> str:
 
 def check_motions(obstacles: list[Obstacle], environment: Environment) -> Iterator[Fault]:
     """Each obstacle is placed once, in the right dimension, and stays finite for the duration."""
-    dimension = DIMENSIONS[environment.engine]
+    dimension = dimension_of(environment.engine)
     for index, obstacle in enumerate(obstacles):
         place = ("obstacles", index)
         yield from check_motion(place, obstacle, "position", (dimension, "coordinates [m]"), environment)

@@ -6,7 +6,7 @@ from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.scenario.checks.goal import primary_index
 from pytest_lpb.scenario.checks.obstacles import wrong_shape
 from pytest_lpb.scenario.checks.robot import position_limits, wrong_length
-from pytest_lpb.scenario.schema.available import AVAILABLE_SHAPES, DIMENSIONS
+from pytest_lpb.scenario.schema.available import dimension_of, shapes_of
 from pytest_lpb.scenario.schema.environment import Environment
 from pytest_lpb.scenario.schema.goal import Goal, MovingGoal, PositionGoal
 from pytest_lpb.scenario.schema.randomize import BoxGroup, Configuration, Group, Randomize
@@ -69,17 +69,17 @@ def check_goal(randomize: Randomize | None, goals: list[Goal]) -> Iterator[Fault
 
 def check_groups(randomize: Randomize | None, environment: Environment) -> Iterator[Fault]:
     """Groups of drawn obstacles have shapes of the engine and ranges of its dimension."""
-    allowed = AVAILABLE_SHAPES.get(environment.engine)
+    allowed = shapes_of(environment.engine)
     groups = (randomize.obstacles if randomize else None) or []
     for index, group in enumerate(groups):
         place = ("randomize", "obstacles", index)
-        if allowed and group.shape not in allowed:
+        if group.shape not in allowed:
             yield Fault((*place, "shape"), wrong_shape(group.shape, environment.engine, allowed))
             continue
         for key in ("position", "velocity"):
-            yield from _ranges((*place, key), getattr(group, key), DIMENSIONS[environment.engine])
+            yield from _ranges((*place, key), getattr(group, key), dimension_of(environment.engine))
         if isinstance(group, BoxGroup):
-            yield from _ranges((*place, "size"), group.size, DIMENSIONS[environment.engine])
+            yield from _ranges((*place, "size"), group.size, dimension_of(environment.engine))
         yield from _farthest(place, group, environment.duration)
 
 

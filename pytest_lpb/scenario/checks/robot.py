@@ -6,13 +6,11 @@ from pytest_lpb.documents.faults import Fault
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.scenario.robots import is_planar
-from pytest_lpb.scenario.schema.available import AVAILABLE_CONTROLS, DIMENSIONS
+from pytest_lpb.scenario.schema.available import controls_of, engines_of
 from pytest_lpb.scenario.schema.environment import Environment, Start
 from pytest_lpb.scenario.schema.robot import CollisionSpheres, ExceptPairs, Robot
 from pytest_lpb.scenario.self_collision import concrete_pairs
-from pytest_lpb.scenario.structure import COMMON_KEYS, MODELS, Model, Structure
-
-ENGINES = {dimension: engine for engine, dimension in DIMENSIONS.items()}
+from pytest_lpb.scenario.structure import COMMON_KEYS, Model, Structure, planar_model, planar_models, planar_structure
 
 
 def check_model(robot: Robot) -> Iterator[Fault]:
@@ -21,16 +19,27 @@ def check_model(robot: Robot) -> Iterator[Fault]:
         found = "neither" if robot.model is None else "both"
         yield Fault(("robot",), f"found {found} of model and urdf; exactly one is required")
     elif is_planar(robot):
-        yield from _check_keys(robot, MODELS[robot.model or ""])
+        model = planar_model(robot.model or "")
+        assert model is not None
+        faults = list(_check_keys(robot, model))
+        yield from faults or _check_made(robot)
     else:
         yield from _check_spatial(robot)
+
+
+def _check_made(robot: Robot) -> Iterator[Fault]:
+    """The class of a registered robot takes its keys."""
+    try:
+        planar_structure(robot)
+    except ScenarioError as error:
+        yield Fault(("robot",), str(error))
 
 
 def _check_spatial(robot: Robot) -> Iterator[Fault]:
     # Imported late: planar scenarios need none of it.
     from pytest_lpb.scenario.spatial import RobotFaultError, SpatialDescription, spatial_models
 
-    known = sorted({*MODELS, *spatial_models()})
+    known = sorted({*planar_models(), *spatial_models()})
     if robot.model is not None and robot.model not in known:
         yield Fault(
             ("robot", "model"), f"unknown {robot.model!r}{suggestion(robot.model, known)}; allowed: {', '.join(known)}"
@@ -52,27 +61,29 @@ def _check_keys(robot: Robot, model: Model) -> Iterator[Fault]:
             ("robot", "base"),
             f"{robot.base} is not available for the model {robot.model}; allowed: {model.base}",
         )
-    if "links" in model.keys and robot.links is None:
-        yield Fault(("robot", "links"), f"is missing; {robot.model} needs a count of links, or their lengths [m]")
+    for key in model.required:
+        if getattr(robot, key) is None:
+            hint = f"; {robot.model} needs a count of links, or their lengths [m]" if key == "links" else ""
+            yield Fault(("robot", key), f"is missing{hint}")
     if robot.limits is not None and robot.limits.effort is not None:
         yield Fault(("robot", "limits", "effort"), "has no meaning in the plane, where nothing is driven by forces")
 
 
 def check_engine_fits(robot: Robot, environment: Environment, structure: Structure) -> Iterator[Fault]:
     """Planar robots run in the planar engine, spatial ones in PyBullet."""
-    wanted = ENGINES[structure.dimension]
-    if environment.engine != wanted:
+    wanted = engines_of(structure.dimension)
+    if environment.engine not in wanted:
         name = robot.model or "a URDF robot"
         yield Fault(
             ("environment", "engine"),
-            f"{environment.engine} does not have {name}; write environment: {{engine: {wanted}}}",
+            f"{environment.engine} does not have {name}; write environment: {{engine: {' or '.join(wanted)}}}",
         )
 
 
 def check_control(robot: Robot, environment: Environment) -> Iterator[Fault]:
     """The engine can apply this kind of action."""
-    allowed = AVAILABLE_CONTROLS.get(environment.engine)
-    if allowed and robot.control not in allowed:
+    allowed = controls_of(environment.engine)
+    if robot.control not in allowed:
         yield Fault(
             ("robot", "control"),
             f"{robot.control} is not available with the engine {environment.engine}; allowed: {listed(allowed)}",

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pytest_lpb.documents.faults import Fault
 from pytest_lpb.names import is_name
+from pytest_lpb.scenario.schema.available import simulates_forces
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
 from pytest_lpb.scenario.schema.file import Certified
 from pytest_lpb.scenario.schema.obstacle import MAX_OBSTACLES, Obstacle
@@ -17,7 +18,7 @@ _MULTIPLE = 1e-6  # [steps] a duration may miss a multiple of dt by
 
 def check_engine(environment: Environment) -> Iterator[Fault]:
     """The engine can simulate what is asked for."""
-    if environment.engine == "planar" and environment.dynamics:
+    if environment.dynamics and not simulates_forces(environment.engine):
         yield Fault(
             ("environment", "dynamics"),
             f"true is not available with the engine {environment.engine}; allowed: false",

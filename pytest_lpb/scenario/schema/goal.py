@@ -88,15 +88,23 @@ class AlignmentGoal(SubGoal):
     other_axis: Direction
 
 
-def _type_of(value: Any) -> str | None:
+def type_tag(value: Any) -> str | None:
+    """The union tag of a sub-goal: its type in parentheses."""
     kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
     return f"({kind})" if isinstance(kind, str) else None
 
+
+TYPES: dict[str, type[SubGoal]] = {  # by tag
+    "(position)": PositionGoal,
+    "(orientation)": OrientationGoal,
+    "(joint)": JointGoal,
+    "(alignment)": AlignmentGoal,
+}
 
 Goal = Annotated[
     Annotated[PositionGoal, Tag("(position)")]
     | Annotated[OrientationGoal, Tag("(orientation)")]
     | Annotated[JointGoal, Tag("(joint)")]
     | Annotated[AlignmentGoal, Tag("(alignment)")],
-    Discriminator(_type_of),
+    Discriminator(type_tag),
 ]

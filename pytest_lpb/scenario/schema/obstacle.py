@@ -120,6 +120,16 @@ def shape_tag(value: Any) -> str | None:
     return f"({shape})" if isinstance(shape, str) else None
 
 
+SHAPES: dict[str, type[Placed]] = {  # by tag
+    "(circle)": Circle,
+    "(rectangle)": Rectangle,
+    "(sphere)": Sphere,
+    "(box)": Box,
+    "(cylinder)": Cylinder,
+    "(capsule)": Capsule,
+    "(mesh)": Mesh,
+}
+
 Obstacle = Annotated[
     Annotated[Circle, Tag("(circle)")]
     | Annotated[Rectangle, Tag("(rectangle)")]

@@ -85,22 +85,28 @@ _GROUP_TAGS = {
 }
 
 
-def _group_tag(value: Any) -> str | None:
-    return _GROUP_TAGS.get(shape_tag(value) or "")
+def group_tag(value: Any) -> str | None:
+    """The union tag of a group: by its shape."""
+    tag = shape_tag(value) or ""
+    # A registered shape's group has the shape's own tag; a built-in shape without one cannot be drawn.
+    return _GROUP_TAGS.get(tag, tag or None)
 
 
-def _as_list(value: Any) -> Any:
+def as_list(value: Any) -> Any:
+    """One group as a list of one."""
     return [value] if isinstance(value, dict) else value
 
 
+GROUPS: dict[str, type[Part]] = {"(round)": RoundGroup, "(sides)": BoxGroup, "(long)": LongGroup}  # by tag
+
 AnyGroup = Annotated[
     Annotated[RoundGroup, Tag("(round)")] | Annotated[BoxGroup, Tag("(sides)")] | Annotated[LongGroup, Tag("(long)")],
-    Discriminator(_group_tag),
+    Discriminator(group_tag),
 ]
 Groups = Annotated[
     list[AnyGroup],
     Field(min_length=1, max_length=MAX_OBSTACLES),
-    BeforeValidator(_as_list, json_schema_input_type=AnyGroup | list[AnyGroup]),
+    BeforeValidator(as_list, json_schema_input_type=AnyGroup | list[AnyGroup]),
 ]
 
 
