@@ -19,9 +19,16 @@ KEPT = (gymnasium, matplotlib, pd, pyarrow, scipy)
 
 pytest_plugins = ["pytester", "tests.plugin.fixtures"]
 
+# Property tests draw the same examples in every run. The random search is a command of its own, and says its seed:
+# pytest --hypothesis-profile=search --hypothesis-seed=N
 # Machines are shared: how long an example takes says nothing about the code.
-settings.register_profile("lpb", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("lpb")
+settings.register_profile(
+    "repeatable", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True, database=None
+)
+settings.register_profile(
+    "search", settings.get_profile("repeatable"), derandomize=False, max_examples=1000, print_blob=True
+)
+settings.load_profile("repeatable")
 
 # Processes of a shell's background jobs are born deaf to Ctrl-C; tests are to hear it wherever they run.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -48,18 +48,22 @@ def joint_path_length_m(trajectory: Trajectory) -> float:
 
 @kpi("path_length_ratio", "1", "lower", "solved", group="path")
 def path_length_ratio(trajectory: Trajectory) -> float:
-    """Path length to the goal over the straight distance from p_0 to the goal as it is when reached.
+    """Path length to the goal over the straight line between the ends of that path, sum ‖Δp_k‖ / ‖p_K − p_0‖ >= 1.
 
-    NaN unless the primary goal is a place in the world for the frame of its link (no single axis, no point
-    beside the frame, not relative to another link), farther from p_0 than its tolerance.
+    K is the row of time_to_goal, when the tolerance is entered: the target itself may be nearer or farther. NaN
+    unless the primary goal is a place in the world for the frame of its link (no single axis, no point beside the
+    frame, not relative to another link), farther from p_0 than its tolerance.
     """
     problem, row = trajectory.problem, trajectory.goal_row
     goal = problem.primary
     if row is None or goal.type != "position":
         return math.nan
-    start, targets = positions(trajectory)[0, : problem.dimension], trajectory.goal(goal.name)
+    path, targets = positions(trajectory)[:, : problem.dimension], trajectory.goal(goal.name)
     error = trajectory.goal_error(goal.name)[0]
-    if targets.shape[1] != len(start) or abs(math.dist(start, targets[0]) - error) > SAME_DISTANCE:
+    if targets.shape[1] != path.shape[1] or abs(math.dist(path[0], targets[0]) - error) > SAME_DISTANCE:
         return math.nan
-    distance = math.dist(start, targets[row])
-    return path_length_to_goal(trajectory) / distance if distance > (goal.tolerance or 0.0) else math.nan
+    straight = math.dist(path[0], path[row])
+    if straight == 0.0 or math.dist(path[0], targets[row]) <= (goal.tolerance or 0.0):
+        return math.nan
+    # Rounding may leave the sum of the steps a little below the line that they add up to.
+    return max(1.0, path_length_to_goal(trajectory) / straight)

@@ -71,11 +71,25 @@ def test_ratio_does_not_apply_to_a_goal_relative_to_another_link() -> None:
     assert math.isnan(path_length_ratio(trial))
 
 
-def test_ratio_of_a_moving_goal_uses_where_it_is_when_reached() -> None:
+def test_ratio_of_a_moving_goal_ends_where_it_is_reached() -> None:
     goal = {**REACH, "target": None, "trajectory": ["3 - 0.5*t", "0"]}
     trial = make_trial(make_problem(goal=[goal], hold_time=0.0), LINE)
     assert trial.goal_row == 19  # point at 1.9, goal at 2.05
-    assert path_length_ratio(trial) == pytest.approx(1.9 / 2.05)
+    assert path_length_ratio(trial) == 1.0
+
+
+def test_ratio_of_a_detour_is_over_the_line_between_its_ends() -> None:
+    corner = np.vstack([LINE[:21], np.column_stack([np.full(21, 2.0), np.arange(21) * 0.1])])
+    trial = make_trial(make_problem(goal=[{**REACH, "target": [2.0, 2.0]}]), corner)
+    end = np.array([2.0, 1.9])  # within 0.15 m of the target
+    assert path_length_ratio(trial) == pytest.approx(3.9 / np.linalg.norm(end))
+
+
+def test_ratio_does_not_apply_to_a_goal_that_comes_to_the_robot() -> None:
+    goal = {**REACH, "target": None, "trajectory": ["3 - t", "0"]}
+    trial = make_trial(make_problem(goal=[goal], hold_time=0.0, dt=0.2), np.zeros((21, 2)))
+    assert trial.goal_row == 15
+    assert math.isnan(path_length_ratio(trial))
 
 
 def test_joints_of_a_base_are_told_apart() -> None:

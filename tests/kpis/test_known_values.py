@@ -86,7 +86,7 @@ KNOWN: list[tuple[str, Callable[[], Trajectory], float, float]] = [
     ("path_length_to_goal_m", straight, 1.9, 1e-9),
     ("joint_path_length_rad", arm, 0.5, 1e-9),
     ("joint_path_length_m", straight, 2.0, 1e-9),
-    ("path_length_ratio", straight, 0.95, 1e-9),
+    ("path_length_ratio", straight, 1.0, 1e-9),
     ("clearance_min_m", straight, 2.3, 1e-9),  # 5 − x − 0.5 − 0.2 at x = 2
     ("clearance_mean_m", straight, 3.3, 1e-9),
     ("self_clearance_min_m", straight, -0.1, 1e-9),

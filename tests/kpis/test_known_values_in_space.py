@@ -97,7 +97,7 @@ KNOWN: list[tuple[str, Callable[[], Trajectory], float, float]] = [
     ("path_length_m", helix, math.pi, 1e-3),  # 2 pi sqrt(0.3² + 0.4²)
     ("path_length_m", stretched, 0.6 * math.pi, 1e-5),
     ("path_length_to_goal_m", straight, 1.9, 1e-9),
-    ("path_length_ratio", straight, 0.95, 1e-9),
+    ("path_length_ratio", straight, 1.0, 1e-9),
     ("path_length_ratio", stretched, math.pi / math.sqrt(8.0), 0.01),  # a quarter of a circle over its chord
     ("joint_path_length_rad", arm, 1.3 + math.hypot(0.4, 1.2), 1e-9),
     ("joint_path_length_m", straight, 2.0, 1e-9),
