@@ -14,6 +14,7 @@ from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.hold import first_held_row
 
 if TYPE_CHECKING:
+    from pytest_lpb.problem.goal import SubGoal
     from pytest_lpb.problem.problem import Problem
 
 FloatArray = NDArray[np.float64]
@@ -87,8 +88,23 @@ class Trajectory:
         return self._numbered(f"goal_{name}_")
 
     def goal_error(self, name: str) -> FloatArray:
-        """Distance of the robot to a sub-goal, (N + 1,) in the sub-goal's own unit [m or rad]."""
+        """Distance of the robot to a sub-goal, (N + 1,) in the sub-goal's own unit [m or rad].
+
+        Of joints in m and in rad it is the larger number of both: see `goal_errors`.
+        """
         return self.column(f"goal_{name}_error")
+
+    def goal_errors(self, goal: SubGoal) -> tuple[FloatArray, ...]:
+        """Distance of the robot to a sub-goal, (N + 1,) [m or rad] for each of its `components`, in one unit each."""
+        if any(component.column not in self.columns for component in goal.components) and len(goal.components) > 1:
+            return self._joint_errors(goal)
+        return tuple(self.column(component.column) for component in goal.components)
+
+    def _joint_errors(self, goal: SubGoal) -> tuple[FloatArray, ...]:
+        """Errors by unit of a trial recorded before they had columns: from joint positions and targets."""
+        rows = zip(self.q.tolist(), self.goal(goal.name).tolist(), strict=True)
+        errors = [goal.errors(goal.value(q, None), target) for q, target in rows]
+        return tuple(np.array(errors).reshape(-1, len(goal.components)).T)
 
     @property
     def clearance(self) -> FloatArray:
@@ -114,6 +130,14 @@ class Trajectory:
         """A diagnostic that the planner recorded at each call, (N + 1,)."""
         return self.column(f"planner_{key}")
 
+    def within(self, goal: SubGoal) -> NDArray[np.bool_]:
+        """Whether a sub-goal is within its tolerance, or has none, (N + 1,)."""
+        within = np.ones(len(self), dtype=np.bool_)
+        for component, error in zip(goal.components, self.goal_errors(goal), strict=True):
+            if component.tolerance is not None:
+                within &= error <= component.tolerance
+        return within
+
     @cached_property
     def goal_row(self) -> int | None:
         """First row of the first interval within every tolerance that lasts the hold time; None without one.
@@ -122,8 +146,7 @@ class Trajectory:
         """
         within = np.ones(len(self), dtype=np.bool_)
         for goal in self.problem.goal:
-            if goal.tolerance is not None:
-                within &= self.goal_error(goal.name) <= goal.tolerance
+            within &= self.within(goal)
         hold_rows = self.problem.hold_rows
         if hold_rows is None and len(self) <= self.problem.steps:
             return None  # "to the end" means the scenario's, not that of a trial cut short

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.motion.directions import unit
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
 
@@ -50,9 +51,9 @@ class Camera:
     @cached_property
     def axes(self) -> FloatArray:
         """Unit vectors to the right, up and ahead in the world, the rows of (3, 3)."""
-        ahead = (self.target - self.eye) / self.distance
+        ahead = unit(self.target - self.eye, np.float64(self.distance))
         right = np.cross(ahead, (0.0, 0.0, 1.0))
-        right /= np.linalg.norm(right)
+        right = unit(right, np.linalg.norm(right))  # straight up and down, the first axis is to the right
         return np.stack([right, np.cross(right, ahead), ahead])
 
     @property

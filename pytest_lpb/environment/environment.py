@@ -118,7 +118,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._observation.update(0, engine.q, engine.qd, engine.u)
         engine.place_obstacles(*self._observation.obstacle_poses())
         self.monitor.check(0, engine)
-        self._distance = self.monitor.goal_errors[self.monitor.primary]
+        self._distance = self.monitor.goal_distance
         self._finish()
 
     @property
@@ -163,7 +163,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self._observe_row(engine)
         monitor.check(self.row, engine)
         self._finish()
-        distance = monitor.goal_errors[monitor.primary]
+        distance = monitor.goal_distance
         reward = self._distance - distance
         self._distance = distance
         violation = monitor.violation
@@ -230,14 +230,16 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
 
     def _info(self) -> dict[str, Any]:
         """Never NaN, which is not equal to itself: gymnasium compares the infos of equal steps."""
-        monitor, tolerance = self.monitor, self.problem.primary.tolerance
+        monitor = self.monitor
         clearance = monitor.clearance[0]
+        errors = monitor.primary_errors
         return {
-            "goal_distance": monitor.goal_errors[monitor.primary],
+            "goal_distance": monitor.goal_distance,
+            **({f"goal_error_{unit}": error for unit, error in errors.items()} if len(errors) > 1 else {}),
             "clearance": inf if isnan(clearance) else clearance,
             "outcome": self.outcome or "running",
             "robot_radius": self.problem.robot.body_radius,
-            "goal_tolerance": inf if tolerance is None else tolerance,
+            "goal_tolerance": monitor.goal_tolerance,
         }
 
     def render(self) -> Any:

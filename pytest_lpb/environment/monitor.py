@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import nan
+from math import inf, nan
 
 from pytest_lpb.environment.engine import Engine
 from pytest_lpb.environment.limits import PositionLimits
@@ -27,8 +27,8 @@ class Violation:
 class Monitor:
     """State of a trial's goal and violations.
 
-    Attributes: goal_errors (one per sub-goal, [m or rad]), clearance and self_clearance of the current row,
-    violation (the first, or None), goal_row (first row of the first held interval, or None).
+    Attributes: goal_errors (one per component of a sub-goal, [m or rad]), clearance and self_clearance of the current
+    row, violation (the first, or None), goal_row (first row of the first held interval, or None).
     """
 
     goal_errors: list[float]
@@ -41,8 +41,9 @@ class Monitor:
         self._hold_rows = problem.hold_rows
         self._goals = list(enumerate(problem.goal))
         self._targets: list[list[float]] = [[] for _ in problem.goal]
-        self._required = [(i, goal.tolerance) for i, goal in self._goals if goal.tolerance is not None]
-        self.primary = problem.goal.index(problem.primary)
+        components = [(goal, component) for goal in problem.goal for component in goal.components]
+        self._required = [(i, part.tolerance) for i, (_, part) in enumerate(components) if part.tolerance is not None]
+        self._primary = [(i, part) for i, (goal, part) in enumerate(components) if goal is problem.primary]
         self.violation: Violation | None = None
         self.goal_row: int | None = None
         self._entered: int | None = None
@@ -55,7 +56,9 @@ class Monitor:
     def check(self, row: int, engine: Engine) -> None:
         """Measure the engine's state, which is that of this row."""
         q, frames = engine.q, engine.frames
-        self.goal_errors = [goal.distance(goal.value(q, frames), self._targets[i]) for i, goal in self._goals]
+        self.goal_errors = [
+            error for i, goal in self._goals for error in goal.errors(goal.value(q, frames), self._targets[i])
+        ]
         self._check_goal(row)
         self.clearance, self.self_clearance = engine.clearance()
         if self.violation is None:
@@ -64,6 +67,29 @@ class Monitor:
             if not -STALL_SPEED < speed < STALL_SPEED:
                 self._moved_at = row
                 break
+
+    @property
+    def primary_errors(self) -> dict[str, float]:
+        """Errors of the primary goal in the current row, by unit."""
+        return {component.unit: self.goal_errors[index] for index, component in self._primary}
+
+    @property
+    def goal_distance(self) -> float:
+        """Error of the primary goal in the current row [m or rad]; of one over both units, the larger over its tolerance.
+
+        The goal is within its tolerance where this is at most `goal_tolerance`.
+        """
+        if len(self._primary) == 1:
+            return self.goal_errors[self._primary[0][0]]
+        return max(self.goal_errors[index] / (component.tolerance or 1.0) for index, component in self._primary)
+
+    @property
+    def goal_tolerance(self) -> float:
+        """Tolerance of `goal_distance`: the primary goal's [m or rad], of one over both units 1; inf without one."""
+        tolerance = self._problem.primary.tolerance
+        if tolerance is None:
+            return inf
+        return tolerance if len(self._primary) == 1 else 1.0
 
     def _check_goal(self, row: int) -> None:
         for index, tolerance in self._required:

@@ -13,8 +13,20 @@ from pytest_lpb.trajectory import FloatArray, Trajectory
 
 
 @once
-def _primary_error(trajectory: Trajectory) -> FloatArray:
-    return measured(trajectory.goal_error(trajectory.problem.primary.name))
+def _primary_errors(trajectory: Trajectory) -> dict[str, FloatArray]:
+    """Errors of the primary goal by unit, each (N + 1,)."""
+    goal = trajectory.problem.primary
+    return dict(zip(goal.units, map(measured, trajectory.goal_errors(goal)), strict=True))
+
+
+def _final(trajectory: Trajectory, unit: str) -> float:
+    errors = _primary_errors(trajectory)
+    return float(errors[unit][-1]) if unit in errors else math.nan
+
+
+def _least(trajectory: Trajectory, unit: str) -> float:
+    errors = _primary_errors(trajectory)
+    return smallest(errors[unit]) if unit in errors else math.nan
 
 
 @kpi("time_to_goal_s", "s", "lower", "all", group="goal", restricted_to_duration=True)
@@ -27,29 +39,35 @@ def time_to_goal(trajectory: Trajectory) -> float:
 @kpi("final_goal_distance_m", "m", "lower", "all", group="goal")
 def final_goal_distance(trajectory: Trajectory) -> float:
     """Error of the primary goal in the last row [m]; NaN for a goal in rad."""
-    return float(_primary_error(trajectory)[-1]) if trajectory.problem.primary.unit == "m" else math.nan
+    return _final(trajectory, "m")
 
 
 @kpi("min_goal_distance_m", "m", "lower", "all", group="goal")
 def min_goal_distance(trajectory: Trajectory) -> float:
     """Smallest error of the primary goal in any row [m]; NaN for a goal in rad."""
-    return smallest(_primary_error(trajectory)) if trajectory.problem.primary.unit == "m" else math.nan
+    return _least(trajectory, "m")
 
 
 @kpi("final_goal_error_rad", "rad", "lower", "all", group="goal")
 def final_goal_error(trajectory: Trajectory) -> float:
     """Error of the primary goal in the last row [rad]; NaN for a goal in m."""
-    return float(_primary_error(trajectory)[-1]) if trajectory.problem.primary.unit == "rad" else math.nan
+    return _final(trajectory, "rad")
+
+
+@kpi("min_goal_error_rad", "rad", "lower", "all", group="goal")
+def min_goal_error(trajectory: Trajectory) -> float:
+    """Smallest error of the primary goal in any row [rad]; NaN for a goal in m."""
+    return _least(trajectory, "rad")
 
 
 @once
 def _tracking_error(trajectory: Trajectory) -> FloatArray | None:
     """Error [m] of a moving primary goal from the first row within its tolerance on; else None."""
     goal = trajectory.problem.primary
-    if not goal.moving or goal.unit != "m" or goal.tolerance is None:
+    if not goal.moving or "m" not in goal.units or goal.tolerance is None:
         return None
-    error = _primary_error(trajectory)
-    entered = np.flatnonzero(error <= goal.tolerance)
+    error = _primary_errors(trajectory)["m"]
+    entered = np.flatnonzero(trajectory.within(goal))
     return error[entered[0] :] if len(entered) else None
 
 

@@ -59,7 +59,7 @@ def path_length_ratio(trajectory: Trajectory) -> float:
     if row is None or goal.type != "position":
         return math.nan
     path, targets = positions(trajectory)[:, : problem.dimension], trajectory.goal(goal.name)
-    error = trajectory.goal_error(goal.name)[0]
+    error = trajectory.goal_errors(goal)[0][0]
     if targets.shape[1] != path.shape[1] or abs(math.dist(path[0], targets[0]) - error) > SAME_DISTANCE:
         return math.nan
     straight = math.dist(path[0], path[row])

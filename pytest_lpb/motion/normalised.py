@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytest_lpb.motion.directions import LONGEST, SHORTEST
 from pytest_lpb.motion.jets import FloatArray
 from pytest_lpb.motion.motion import Motion
 
@@ -19,8 +20,13 @@ class NormalisedMotion(Motion):
     def evaluate(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit vector n = p / |p| and its derivatives, see `Motion.evaluate`; NaN where p is zero."""
         p, v, a = self._motion.evaluate(t)
-        length = np.sqrt((p * p).sum(axis=1, keepdims=True))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            length = np.sqrt((p * p).sum(axis=1, keepdims=True))
+            if not ((length > SHORTEST) & (length < LONGEST)).all():
+                # All three over one number leave the direction and its derivatives as they are.
+                largest = np.abs(p).max(axis=1, keepdims=True)
+                p, v, a = p / largest, v / largest, a / largest
+                length = np.sqrt((p * p).sum(axis=1, keepdims=True))
             n = p / length
             speed = (n * v).sum(axis=1, keepdims=True)  # d|p|/dt
             first = (v - speed * n) / length

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.motion.directions import unit
 from pytest_lpb.motion.jets import FloatArray
 from pytest_lpb.motion.motion import ExpressionMotion, FixedMotion, Motion
 from pytest_lpb.motion.normalised import NormalisedMotion
@@ -27,10 +28,11 @@ class AxisTurn(Motion):
 
     def __init__(self, axis: Sequence[float], angle: float | str) -> None:
         direction = np.array(axis, dtype=np.float64)
-        length = float(np.linalg.norm(direction))
-        if length == 0.0:
+        if not direction.any():
             raise ScenarioError("the axis is a vector of zeros; it has no direction")
-        self._axis = direction / length
+        with np.errstate(over="ignore"):
+            length = np.linalg.norm(direction)
+        self._axis = unit(direction, length)
         self._angle = angle_motion(angle)
         self.moving = self._angle.moving
 

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import ceil
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.motion.directions import lengths, scaled, unit
 from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
 from pytest_lpb.problem.planar.arm import PlanarArm
 from pytest_lpb.problem.planar.robot import PlanarRobot
 from pytest_lpb.problem.robot import Robot
-
-# Length of vectors (.., dimension) [m], by dimension.
-LENGTHS: dict[int, Callable[[FloatArray], FloatArray]] = {
-    2: lambda offset: np.hypot(offset[..., 0], offset[..., 1]),
-    3: lambda offset: np.sqrt((offset * offset).sum(axis=-1)),
-}
 
 
 class Points(Protocol):
@@ -148,11 +143,10 @@ class SelfDistances:
         self._first, self._second, self._starts = np.array(first), np.array(second), np.array(starts)
         self._pair_of = np.repeat(np.arange(len(starts)), np.diff([*starts, len(first)]))
         self._radii = points.radii[self._first] + points.radii[self._second] if first else np.zeros(0)
-        self._length = LENGTHS[robot.dimension]
 
     def least(self, positions: FloatArray) -> FloatArray:
         """The least distance of each pair of bodies (pairs,) [m] at positions (m, dimension)."""
-        distance = self._length(positions[self._first] - positions[self._second]) - self._radii
+        distance = lengths(positions[self._first] - positions[self._second]) - self._radii
         least: FloatArray = np.minimum.reduceat(distance, self._starts)
         return least
 
@@ -161,7 +155,7 @@ class SelfDistances:
         if not len(self._starts):
             return self._first, self._second, self._radii
         offset = positions[self._first] - positions[self._second]
-        distance = self._length(offset) - self._radii
+        distance = lengths(offset) - self._radii
         least = np.minimum.reduceat(distance, self._starts)
         chosen = np.flatnonzero((distance < within) & (distance == least[self._pair_of]))
         return self._first[chosen], self._second[chosen], distance[chosen]
@@ -198,12 +192,10 @@ class ObstacleField:
         out_y = np.copysign(np.where(inside, inside & ~by_x, np.maximum(gap_y, 0.0)), local_y)
         length = np.hypot(out_x, out_y)
         distance = np.where(inside, np.maximum(gap_x, gap_y), length) - self._radius
+        out, length = scaled(np.stack([out_x, out_y], axis=-1), length)
+        out_x, out_y = out[..., 0], out[..., 1]
         return distance, np.stack([(c * out_x - s * out_y) / length, (s * out_x + c * out_y) / length], axis=-1)
 
     def _from_circles(self, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        length = np.hypot(offset[..., 0], offset[..., 1])
-        centred = length == 0.0
-        if centred.any():  # any direction leads out of a centre
-            offset = np.where(centred[..., None], (1.0, 0.0), offset)
-            return length - self._radius, offset / np.where(centred, 1.0, length)[..., None]
-        return length - self._radius, offset / length[..., None]
+        length = lengths(offset)
+        return length - self._radius, unit(offset, length)

@@ -15,8 +15,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
+from pytest_lpb.motion.directions import LONGEST, lengths, scaled, unit
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.fields import LENGTHS, ControlPoints, Distances, ObstacleField, Points, SelfDistances
+from pytest_lpb.planner.fields import ControlPoints, Distances, ObstacleField, Points, SelfDistances
 from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances
 from pytest_lpb.planner.task import Task, check_control, damped_inverse
@@ -31,7 +32,6 @@ GEOMETRY: dict[int, tuple[Callable[..., Points], Callable[..., Distances], Calla
     2: (ControlPoints, ObstacleField, lambda robot, points, _: SelfDistances(robot, points)),
     3: (SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances),
 }
-SMALL = 1e-9  # [m] two points nearer than this push each other nowhere
 
 
 class PotentialField(Planner):
@@ -68,7 +68,6 @@ class PotentialField(Planner):
         check_shapes(self.name, problem)
         parameters = self.parameters
         self._axes = np.arange(problem.dimension)
-        self._length = LENGTHS[problem.dimension]
         self._task = Task(problem, parameters.lookahead)
         control_points, obstacle_field, own_distances = GEOMETRY[problem.dimension]
         self._points = control_points(problem.robot, parameters.spacing, parameters.lookahead)
@@ -125,7 +124,7 @@ class PotentialField(Planner):
             part = wanted[rows]
             speed, limit = sqrt(float(part @ part)), weight * parameters.speed
             if speed > limit:
-                part *= limit / speed
+                part[:] = limit * unit(part, np.float64(speed)) if speed > LONGEST else part * (limit / speed)
         return wanted + self._task.target_velocity(observation) if self._task.moving else wanted
 
     def _repulsion(self, observation: Observation, q: FloatArray) -> FloatArray:
@@ -165,7 +164,7 @@ class PotentialField(Planner):
         if not len(first):
             return NOTHING
         offset = positions[first] - positions[second]
-        length = np.maximum(self._length(offset), SMALL)
+        offset, length = scaled(offset, lengths(offset))
         bounded = np.maximum(distance, parameters.closest)
         pushes = firas(bounded, parameters.repulsion, parameters.self_influence) / length
         return jacobians[first] - jacobians[second], pushes[:, None] * offset

@@ -8,12 +8,12 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.motion.directions import lengths, unit
 from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
 from pytest_lpb.planner.fields import Points, SelfDistances, nearest_of_bodies
 from pytest_lpb.problem.robot import Robot
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 
-SMALL = 1e-12  # [m] distances below have no direction
 SAMPLES = 32  # configurations in which pairs of bodies are looked at
 MESH_SPACING = 0.04  # [m] between the points that stand for a mesh
 
@@ -109,9 +109,9 @@ class _Boxes:
         inside = largest <= 0.0
         # Outside away from the nearest point, inside out of the nearest face.
         out = np.where(inside[..., None], gap == largest[..., None], np.maximum(gap, 0.0))
-        length = np.sqrt((out * out).sum(axis=-1))
+        length = lengths(out)
         distance = np.where(inside, largest, length) - self._radius
-        return distance, np.copysign(out, points) / np.maximum(length, SMALL)[..., None]
+        return distance, unit(np.copysign(out, points), length)
 
 
 class _Long:
@@ -125,8 +125,8 @@ class _Long:
         """As of boxes."""
         out = points.copy()
         out[..., 2] -= np.clip(points[..., 2], -self._half, self._half)
-        length = np.sqrt((out * out).sum(axis=-1))
-        return length - self._radius, out / np.maximum(length, SMALL)[..., None]
+        length = lengths(out)
+        return length - self._radius, unit(out, length)
 
 
 class _Cylinders:
@@ -138,14 +138,14 @@ class _Cylinders:
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """As of boxes."""
-        around = np.hypot(points[..., 0], points[..., 1])
+        around = lengths(points[..., :2])
         gap = np.stack([around - self._radius, np.abs(points[..., 2]) - self._half], axis=-1)
         largest = gap.max(axis=-1)
         inside = largest <= 0.0
         out = np.where(inside[..., None], gap == largest[..., None], np.maximum(gap, 0.0))
-        length = np.sqrt((out * out).sum(axis=-1))
-        out = out / np.maximum(length, SMALL)[..., None]
-        radial = points[..., :2] / np.maximum(around, SMALL)[..., None]
+        length = lengths(out)
+        out = unit(out, length)
+        radial = unit(points[..., :2], around)
         away = np.concatenate([out[..., :1] * radial, np.copysign(out[..., 1], points[..., 2])[..., None]], axis=-1)
         return np.where(inside, largest, length), away
 
@@ -163,11 +163,10 @@ class _Meshes:
         distance, away = np.empty(points.shape[:2]), np.empty(points.shape)
         for column, cloud in enumerate(self._clouds):
             offset = points[:, column, None, :] - cloud
-            square = (offset * offset).sum(axis=-1)
-            nearest = square.argmin(axis=1)
-            rows = np.arange(len(nearest))
-            distance[:, column] = np.sqrt(square[rows, nearest])
-            away[:, column] = offset[rows, nearest] / np.maximum(distance[:, column], SMALL)[:, None]
+            nearest = (offset * offset).sum(axis=-1).argmin(axis=1)
+            away_from = offset[np.arange(len(nearest)), nearest]
+            distance[:, column] = lengths(away_from)
+            away[:, column] = unit(away_from, distance[:, column])
         return distance, away
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
 from typing import Any, ClassVar
 
@@ -25,6 +27,15 @@ GOAL_TYPES: dict[tuple[int, str], str] = {
 }
 
 
+@dataclass(frozen=True)
+class ErrorComponent:
+    """The part of a sub-goal's error that has one unit."""
+
+    unit: str  # m or rad
+    tolerance: float | None  # in this unit; None: a preference
+    column: str  # of the trial file
+
+
 class SubGoal(ABC):
     """One constraint of a composed goal.
 
@@ -33,13 +44,16 @@ class SubGoal(ABC):
         robot: the robot it speaks of.
     """
 
-    unit: ClassVar[str]  # of the error: m or rad
+    unit: ClassVar[str]  # of the error: m or rad; `m or rad` of joints of both types
 
     def __init__(self, entry: Mapping[str, Any], robot: Robot) -> None:
         self.name: str = entry["name"]
         self.type: str = entry["type"]
         self.link: str | None = entry.get("link")
-        self.tolerance: float | None = entry.get("tolerance")
+        given: float | Mapping[str, float] | None = entry.get("tolerance")
+        self._tolerances: Mapping[str, float] = given if isinstance(given, Mapping) else {}
+        # Of a tolerance per unit the smaller one: within it, every unit is within its own.
+        self.tolerance: float | None = min(given.values()) if isinstance(given, Mapping) else given
         self.weight: float = float(entry.get("weight", 1.0))
         self.primary: bool = bool(entry.get("primary", False))
         self.motion: Motion = self._motion(entry)
@@ -49,6 +63,20 @@ class SubGoal(ABC):
     def moving(self) -> bool:
         """Whether the target depends on time."""
         return self.motion.moving
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the error: m, rad, or both."""
+        return (self.unit,)
+
+    @cached_property
+    def components(self) -> tuple[ErrorComponent, ...]:
+        """What the error consists of, by unit; the goal is reached where each component is within its tolerance."""
+        column, apart = f"goal_{self.name}_error", len(self.units) > 1
+        return tuple(
+            ErrorComponent(unit, self._tolerances.get(unit, self.tolerance), f"{column}_{unit}" if apart else column)
+            for unit in self.units
+        )
 
     def _motion(self, entry: Mapping[str, Any]) -> Motion:
         return motion_from(entry, key="target")
@@ -64,6 +92,15 @@ class SubGoal(ABC):
     @abstractmethod
     def distance(self, value: Sequence[float], target: Sequence[float]) -> float:
         """Distance of a value to a target, in the sub-goal's unit [m or rad]."""
+
+    def errors(self, value: Sequence[float], target: Sequence[float]) -> tuple[float, ...]:
+        """Distance of a value to a target, one number per entry of `components` [m or rad]."""
+        return (self.distance(value, target),)
+
+    def excess(self, value: Sequence[float], target: Sequence[float], share: float = 1.0) -> float:
+        """How far the error exceeds a share of the tolerance, in its worst component; not positive: reached."""
+        errors = zip(self.errors(value, target), self.components, strict=True)
+        return max(error - share * (component.tolerance or 0.0) for error, component in errors)
 
     def residual(self, value: Sequence[float], target: Sequence[float]) -> list[float]:
         """What the value is away from the target, as numbers that a small motion changes smoothly [m or rad]."""

@@ -63,12 +63,16 @@ def clearance(trajectory: Trajectory, axes: Any) -> None:
 @plot("goal_error")
 def goal_error(trajectory: Trajectory, axes: Any) -> None:
     """Error of every sub-goal over time, with its tolerance."""
-    for index, goal in enumerate(trajectory.problem.goal):
+    parts = [
+        (goal.name, part, error)
+        for goal in trajectory.problem.goal
+        for part, error in zip(goal.components, trajectory.goal_errors(goal), strict=True)
+    ]
+    for index, (name, part, error) in enumerate(parts):
         colour = f"C{index % 10}"
-        error = trajectory.goal_error(goal.name)
-        axes.plot(trajectory.t, error, color=colour, label=f"{goal.name} [{goal.unit}]")
-        if goal.tolerance is not None:
-            axes.axhline(goal.tolerance, color=colour, linewidth=1, linestyle="--")
+        axes.plot(trajectory.t, error, color=colour, label=f"{name} [{part.unit}]")
+        if part.tolerance is not None:
+            axes.axhline(part.tolerance, color=colour, linewidth=1, linestyle="--")
     axes.set(xlabel="time [s]", ylabel="error")
     axes.legend(loc="best", fontsize="small")
 

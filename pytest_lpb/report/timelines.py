@@ -22,10 +22,13 @@ def timelines(drawn: Sequence[Drawn]) -> list[Timeline]:
         return []
     problem = drawn[0].trajectory.problem
     goal = problem.primary
-    errors = [trial.trajectory.goal_error(goal.name) for trial in drawn]
+    errors = zip(*(trial.trajectory.goal_errors(goal) for trial in drawn), strict=True)
     clearances = [trial.trajectory.clearance for trial in drawn]
     found = [
-        _timeline("goal error", unit_text(goal.unit), drawn, errors, goal.tolerance, "tolerance"),
+        *(
+            _timeline("goal error", unit_text(part.unit), drawn, values, part.tolerance, "tolerance")
+            for part, values in zip(goal.components, errors, strict=True)
+        ),
         _timeline("clearance", "m", drawn, clearances, problem.safety_margin, "safety margin"),
     ]
     return [timeline for timeline in found if timeline is not None]

@@ -8,7 +8,7 @@ from pytest_lpb.scenario.checks.obstacles import obstacle_names
 from pytest_lpb.scenario.robots import is_planar
 from pytest_lpb.scenario.schema import ScenarioFile
 from pytest_lpb.scenario.schema.environment import Environment, Start
-from pytest_lpb.scenario.schema.goal import Goal
+from pytest_lpb.scenario.schema.goal import Goal, Tolerance
 from pytest_lpb.scenario.schema.obstacle import AxisAngle, Obstacle
 from pytest_lpb.scenario.schema.randomize import Randomize
 from pytest_lpb.scenario.schema.robot import Robot
@@ -74,12 +74,20 @@ def _goals(goals: list[Goal]) -> list[Plain]:
             "type": goal.type,
             **_given(goal, leave=("name", "type", "tolerance", "weight", "primary", "periodic")),
             **_periodic(goal),
-            "tolerance": goal.tolerance,
+            "tolerance": _tolerance(goal),
             "weight": goal.weight,
             "primary": index == primary,
         }
         for index, (name, goal) in enumerate(zip(goal_names(goals), goals, strict=True))
     ]
+
+
+def _tolerance(goal: Goal) -> float | Plain | None:
+    """A tolerance as a number, unless its units differ in it."""
+    if not isinstance(goal.tolerance, Tolerance):
+        return goal.tolerance
+    given = goal.tolerance.model_dump(exclude_none=True)
+    return given if len(set(given.values())) > 1 else float(next(iter(given.values())))
 
 
 def _given(part: Goal | Obstacle, leave: tuple[str, ...]) -> Plain:

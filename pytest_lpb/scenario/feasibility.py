@@ -73,5 +73,6 @@ def _described(goal: Sequence[SubGoal]) -> str:
     parts = []
     for sub_goal in goal:
         target = sub_goal.motion.evaluate(np.zeros(1))[0][0].tolist()
-        parts.append(f"{sub_goal.name!r} within {sub_goal.tolerance:g} {sub_goal.unit} of {target}")
+        within = " and ".join(f"{part.tolerance:g} {part.unit}" for part in sub_goal.components)
+        parts.append(f"{sub_goal.name!r} within {within} of {target}")
     return " and ".join(parts)

@@ -121,6 +121,5 @@ def _worst(
     """Largest excess of a sub-goal's error over its share of the tolerance; not positive: reached."""
     worst = -inf
     for sub_goal, target in zip(goal, targets, strict=True):
-        error = sub_goal.distance(sub_goal.value(q, frames), target)
-        worst = max(worst, error - share * (sub_goal.tolerance or 0.0))
+        worst = max(worst, sub_goal.excess(sub_goal.value(q, frames), target, share))
     return worst

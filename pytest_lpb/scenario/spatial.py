@@ -252,6 +252,7 @@ class SpatialDescription:
             dimension=3,
             velocity_key="u" if self._base in WHEELED else "qd",
             joints=whole.joints,
+            joint_types=whole.kinds,
             actions=(*base.actions, *self._joints),
             links=whole.links,
             bodies=bodies,

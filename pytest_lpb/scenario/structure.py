@@ -36,6 +36,7 @@ class Model:
     keys: frozenset[str]
     velocity_key: str
     joints: Callable[[int], Names] = lambda _: ()
+    joint_types: Callable[[int], Names] = lambda _: ()
     actions: Callable[[int], Names] = lambda _: ()
     links: Callable[[int], Names] = lambda _: ()
     bodies: Callable[[int], Names] = lambda _: ()
@@ -63,6 +64,7 @@ MODELS: dict[str, Model] = {
         keys=frozenset(),
         velocity_key="qd",
         joints=_fixed("x", "y"),
+        joint_types=_fixed("prismatic", "prismatic"),
         actions=_fixed("x", "y"),
         links=_fixed("body"),
         bodies=_fixed("body"),
@@ -73,6 +75,7 @@ MODELS: dict[str, Model] = {
         keys=frozenset({"links"}),
         velocity_key="qd",
         joints=_numbered("joint"),
+        joint_types=lambda count: ("revolute",) * count,
         actions=_numbered("joint"),
         links=_numbered("link", before=("base",), after=("end",)),
         bodies=_numbered("link", before=("base",)),
@@ -84,6 +87,7 @@ MODELS: dict[str, Model] = {
         defaults={"wheel_base": DEFAULT_WHEEL_BASE},
         velocity_key="u",
         joints=_fixed("x", "y", "theta"),
+        joint_types=_fixed("prismatic", "prismatic", "revolute"),
         actions=_fixed("v", "w"),
         links=_fixed("base"),
         bodies=_fixed("base"),
@@ -101,6 +105,7 @@ class Structure:
     actions: Names  # in the order of u
     links: Names
     bodies: Names
+    joint_types: Names  # per q: prismatic or revolute
     position_limits: tuple[list[float] | None, ...] = ()  # in space, per q [rad or m]; None: unlimited
 
     @property
@@ -168,6 +173,7 @@ def _registered_structure(robot: Robot) -> Structure:
         dimension=2,
         velocity_key="u" if built.non_holonomic else "qd",
         joints=built.joint_names,
+        joint_types=built.joint_types,
         actions=built.action_names,
         links=built.link_names,
         bodies=bodies,
@@ -190,6 +196,7 @@ def planar_structure(robot: Robot) -> Structure | None:
         dimension=2,
         velocity_key=model.velocity_key,
         joints=model.joints(count),
+        joint_types=model.joint_types(count),
         actions=model.actions(count),
         links=links,
         bodies=bodies,

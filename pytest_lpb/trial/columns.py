@@ -29,7 +29,7 @@ def columns_of(problem: Problem, log: Log) -> Columns:
     _numbered(columns, "action", _with_last_row(log.action, problem.robot.n_actions, rows))
     _numbered(columns, "applied", _with_last_row(log.applied, problem.robot.n_actions, rows))
     _add_links(columns, problem, _matrix(log.q, problem.robot.dof))
-    _add_goals(columns, problem, t, _matrix(log.goal_errors, len(problem.goal)))
+    _add_goals(columns, problem, t, _matrix(log.goal_errors, sum(len(goal.components) for goal in problem.goal)))
     _add_obstacles(columns, problem, t)
     distances, bodies, obstacles = zip(*log.clearance, strict=True) if rows else ((), (), ())
     columns["clearance_m"] = np.array(distances, dtype=float)
@@ -64,9 +64,14 @@ def _add_links(columns: Columns, problem: Problem, q: FloatArray) -> None:
 
 
 def _add_goals(columns: Columns, problem: Problem, t: FloatArray, errors: FloatArray) -> None:
-    for index, goal in enumerate(problem.goal):
+    first = 0
+    for goal in problem.goal:
         _numbered(columns, f"goal_{goal.name}_", goal.motion.evaluate(t)[0])
-        columns[f"goal_{goal.name}_error"] = np.ascontiguousarray(errors[:, index])
+        own = errors[:, first : first + len(goal.components)]
+        columns[f"goal_{goal.name}_error"] = own.max(axis=1)
+        for component, series in zip(goal.components, own.T, strict=True):
+            columns[component.column] = np.ascontiguousarray(series)
+        first += len(goal.components)
 
 
 def _add_obstacles(columns: Columns, problem: Problem, t: FloatArray) -> None:

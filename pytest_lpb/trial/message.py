@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from pytest_lpb.environment.monitor import Violation
-from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.problem.goal import SubGoal
+from pytest_lpb.trajectory import FloatArray, Trajectory
 
 STUCK_SHARE = 0.2  # of the duration without getting nearer, from which on a trial was stuck
 PROGRESS = 0.01  # of the way made in all, which counts as getting nearer
@@ -69,21 +70,51 @@ def _stalled(trajectory: Trajectory) -> str:
 
 def _at_the_end(trajectory: Trajectory) -> str:
     left = f"{_distance_left(trajectory, -1)} after {_end_time(trajectory):.1f} s"
-    return f"{left}{_stuck(trajectory)}{_at_limits(trajectory)}{_closest(trajectory)}"
+    return f"{left}{_not_held(trajectory)}{_stuck(trajectory)}{_at_limits(trajectory)}{_closest(trajectory)}"
+
+
+def _not_held(trajectory: Trajectory) -> str:
+    """For how long the goal was reached, though not for the hold time; empty for a goal that never was."""
+    problem = trajectory.problem
+    within = np.logical_and.reduce([trajectory.within(goal) for goal in problem.goal])
+    if not within.any():
+        return ""
+    hold = "end" if problem.hold_time == "end" else f"{problem.hold_time:g} s"
+    outside = np.flatnonzero(~within)
+    if within[-1]:
+        entered = int(outside[-1]) + 1 if len(outside) else 0
+        return f", in the goal for the last {_seconds(trajectory, entered, -1)}; hold_time is {hold}"
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], within, [False])).astype(int)))
+    starts, ends = edges[::2], edges[1::2] - 1
+    longest = int(np.argmax(ends - starts))
+    first, last = int(starts[longest]), int(ends[longest])
+    found = f"{_seconds(trajectory, first, last)} from t = {trajectory.t[first]:.4g} s"
+    return f", in the goal for {'' if len(starts) == 1 else 'at most '}{found}; hold_time is {hold}"
+
+
+def _seconds(trajectory: Trajectory, first: int, last: int) -> str:
+    return f"{float(trajectory.t[last] - trajectory.t[first]):.3g} s"
 
 
 def _stuck(trajectory: Trajectory) -> str:
     """Since when the robot had not come nearer to its goal, if that is long: what local minima and cycles look like."""
     primary = trajectory.problem.primary
-    error = trajectory.goal_error(primary.name)
-    if primary.moving or (primary.tolerance is not None and error[-1] <= primary.tolerance):
+    if primary.moving:
         return ""
-    nearest = float(error.min())
-    row = int(np.argmax(error <= nearest + PROGRESS * (float(error[0]) - nearest)))
-    since = float(trajectory.t[row])
+    errors = zip(primary.components, trajectory.goal_errors(primary), strict=True)
+    left = [error for part, error in errors if part.tolerance is None or not error[-1] <= part.tolerance]
+    if not left:
+        return ""
+    since = max(float(trajectory.t[_nearest_row(error)]) for error in left)
     if _end_time(trajectory) - since < STUCK_SHARE * trajectory.problem.duration:
         return ""
     return f", no nearer since t = {since:.4g} s: a local minimum or a cycle"
+
+
+def _nearest_row(error: FloatArray) -> int:
+    """First row that is as near to the goal as the robot ever came, but for `PROGRESS`."""
+    nearest = float(error.min())
+    return int(np.argmax(error <= nearest + PROGRESS * (float(error[0]) - nearest)))
 
 
 def _at_limits(trajectory: Trajectory) -> str:
@@ -105,15 +136,22 @@ _SENTENCES: dict[str, Callable[[Trajectory], str]] = {
 def _distance_left(trajectory: Trajectory, row: int) -> str:
     """The primary goal's distance at a row; with other sub-goals, those outside their tolerance too."""
     primary = trajectory.problem.primary
-    parts = [f"{_distance(trajectory.goal_error(primary.name)[row])} {primary.unit} from the goal"]
-    if primary.tolerance is not None:
-        parts[0] += f" (tolerance {_distance(primary.tolerance)} {primary.unit})"
-    for goal in trajectory.problem.goal:
-        error = trajectory.goal_error(goal.name)[row]
-        if goal is not primary and goal.tolerance is not None and error > goal.tolerance:
-            tolerance = f"tolerance {_distance(goal.tolerance)} {goal.unit}"
-            parts.append(f"{_distance(error)} {goal.unit} from {goal.name!r} ({tolerance})")
+    parts = [f"{_errors(trajectory, primary, row)} from the goal{_tolerance(primary)}"]
+    missed = [goal for goal in trajectory.problem.goal if goal is not primary and not trajectory.within(goal)[row]]
+    parts += [f"{_errors(trajectory, goal, row)} from {goal.name!r}{_tolerance(goal)}" for goal in missed]
     return " and ".join(parts)
+
+
+def _errors(trajectory: Trajectory, goal: SubGoal, row: int) -> str:
+    errors = zip(goal.components, trajectory.goal_errors(goal), strict=True)
+    return " and ".join(f"{_distance(error[row])} {part.unit}" for part, error in errors)
+
+
+def _tolerance(goal: SubGoal) -> str:
+    if goal.tolerance is None:
+        return ""
+    given = (f"{_distance(part.tolerance or 0.0)} {part.unit}" for part in goal.components)
+    return f" (tolerance {' and '.join(given)})"
 
 
 def _closest(trajectory: Trajectory) -> str:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from pytest_lpb.problem.goal import SubGoal
+from pytest_lpb.problem.joint_goal import JOINT_UNITS, JointGoal
 from pytest_lpb.problem.problem import Problem
 
 _BY_SUFFIX = {
@@ -13,7 +17,6 @@ _BY_SUFFIX = {
     "_theta": "rad",
     **dict.fromkeys(("_qw", "_qx", "_qy", "_qz"), ""),
 }
-_LENGTH_OR_ANGLE = {"prismatic": "m", "revolute": "rad"}
 _FORCE = {"prismatic": "N", "revolute": "N m"}
 
 
@@ -31,21 +34,29 @@ def unit_of(column: str, problem: Problem) -> str:
     prefix, index = column.rstrip("0123456789"), int(column[len(column.rstrip("0123456789")) :])
     kinds = problem.robot.joint_types
     if prefix == "q":
-        return _LENGTH_OR_ANGLE[kinds[index]]
+        return JOINT_UNITS[kinds[index]]
     if prefix == "qd":
-        return f"{_LENGTH_OR_ANGLE[kinds[index]]}/s"
+        return f"{JOINT_UNITS[kinds[index]]}/s"
     kind = problem.robot.action_kinds[index]
     if prefix != "u" and problem.control == "torque":
         return _FORCE[kind]
-    unit = _LENGTH_OR_ANGLE[kind]
+    unit = JOINT_UNITS[kind]
     return f"{unit}/s" if prefix == "u" or problem.control == "velocity" else f"{unit}/s^2"
 
 
 def _goal_unit(column: str, problem: Problem) -> str:
-    # Of `reach` and `reach_angle` the column goal_reach_angle_0 belongs to the longer one.
-    owners = [goal for goal in problem.goal if column.startswith(f"goal_{goal.name}_")]
-    if not owners:
-        return ""
-    goal = max(owners, key=lambda goal: len(goal.name))
+    for goal in problem.goal:
+        prefix = f"goal_{goal.name}_"
+        units = {f"{prefix}error": goal.unit} | {component.column: component.unit for component in goal.components}
+        units |= {f"{prefix}{index}": unit for index, unit in enumerate(_target_units(goal, problem))}
+        if column in units:
+            return units[column]
+    return ""
+
+
+def _target_units(goal: SubGoal, problem: Problem) -> Sequence[str]:
+    """Units of a target's coordinates; a quaternion has none."""
+    if isinstance(goal, JointGoal):
+        return goal.joint_units
     quaternion = goal.type == "orientation" and problem.dimension == 3
-    return "" if quaternion and not column.endswith("_error") else goal.unit
+    return ("" if quaternion else goal.unit,) * goal.motion.size

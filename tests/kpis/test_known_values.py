@@ -78,6 +78,7 @@ KNOWN: list[tuple[str, Callable[[], Trajectory], float, float]] = [
     ("min_goal_distance_m", circle, 0.0, 1e-9),  # starts at the goal
     ("final_goal_distance_m", circle, 2.0 * math.sqrt(2.0), 1e-9),
     ("final_goal_error_rad", arm, 0.1, 1e-9),
+    ("min_goal_error_rad", arm, 0.1, 1e-9),
     ("tracking_error_mean_m", follower, 0.25, 1e-9),
     ("tracking_error_rms_m", follower, math.sqrt(1.0 / 12.0), 1e-4),
     ("spl", straight, 1.52 / 1.9, 1e-9),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -134,7 +135,7 @@ def test_no_kpi_of_a_way_to_the_goal_beats_its_optimum(
     target = np.array([2.0, 0.0])
     corners = np.array([*way, target + np.array(end) * tolerance])
     shares = np.arange(1, steps + 1) / steps
-    legs = [a + shares[:, None] * (b - a) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    legs = [a + shares[:, None] * (b - a) for a, b in pairwise(corners)]
     q = np.vstack([corners[:1], *legs, np.repeat(corners[-1:], 3, axis=0)])
     pillar = {"name": "pillar", "shape": "circle", "radius": 0.5, "position": [1.0, 1.0]}
     problem = make_problem(

@@ -146,3 +146,29 @@ def test_distances_of_a_robot_that_diverged_are_short() -> None:
     text = outcome_message(Trajectory({**made.columns, **far}, made.metadata, made.problem), None, "")
     assert "1.25e+300 m from the goal (tolerance 0.10 m)" in text
     assert "at 3e+200 m" in text
+
+
+@pytest.mark.parametrize(
+    ("duration", "hold_time", "words"),
+    [
+        # 1 m/s to a target at 0.55 m: within its 0.12 m from 0.45 to 0.65 s.
+        (
+            0.6,
+            0.5,
+            "0.05 m from the goal (tolerance 0.12 m) after 0.6 s, in the goal for the last 0.15 s; hold_time is 0.5 s",
+        ),
+        (1.0, 0.5, "after 1.0 s, in the goal for 0.2 s from t = 0.45 s; hold_time is 0.5 s"),
+        (1.0, "end", "in the goal for 0.2 s from t = 0.45 s; hold_time is end"),
+    ],
+)
+def test_a_goal_that_was_not_held_names_the_hold_time(duration: float, hold_time: float | str, words: str) -> None:
+    goal = [position_goal([0.55, 0.0], tolerance=0.12)]
+    assert words in message(goal=goal, duration=duration, success={"hold_time": hold_time})
+
+
+def test_a_goal_that_was_left_again_and_again() -> None:
+    made = run("Still", goal=[position_goal([5.0, 0.0])])
+    error = np.where(np.isin(np.arange(len(made)), [3, 4, 8, 9, 10, 15]), 0.05, 1.0)
+    passing = Trajectory({**made.columns, "goal_reach_error": error}, made.metadata, made.problem)
+    words = "in the goal for at most 0.1 s from t = 0.4 s; hold_time is 0.5 s"
+    assert words in outcome_message(passing, None, "")

@@ -16,6 +16,7 @@ from typing import Any
 import casadi
 import numpy as np
 
+from pytest_lpb.motion.directions import LONGEST, SHORTEST
 from pytest_lpb.planner.fabrics.brake import Damping
 from pytest_lpb.planner.fabrics.leaves import ScalarLeaf
 from pytest_lpb.planner.fabrics.parameters import FabricsParameters
@@ -128,8 +129,13 @@ class Geometries:
     def _planes(self) -> Iterator[Leaf]:
         """Distances of balls to planes [m]."""
         leaf = self._leaf(self._parameters.plane_energy, self._parameters.plane_geometry)
-        for *normal, offset in self._parameters.planes:
+        for plane in self._parameters.planes:
+            *normal, offset = plane
             length = float(np.linalg.norm(normal))
+            if not SHORTEST < length < LONGEST:
+                largest = max(map(abs, normal))
+                *normal, offset = (number / largest for number in plane)
+                length = float(np.linalg.norm(normal))
             outward = casadi.DM(np.array(normal) / length)
             for ball in self.balls:
                 height = casadi.dot(outward, ball.place(self._state.frames))

@@ -8,6 +8,8 @@ their Minkowski difference (Ericson, "Real-Time Collision Detection", 2005, sect
 
 from math import hypot
 
+from pytest_lpb.motion.directions import SHORTEST
+
 
 def point_to_segment(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Distance of the point p to the segment ab [m]; never negative."""
@@ -63,7 +65,7 @@ def _separation_along_axes(ax: float, ay: float, bx: float, by: float, hx: float
     largest = max(along_x, along_y)
     dx, dy = bx - ax, by - ay
     length = hypot(dx, dy)
-    if length > 0.0:
+    if length > SHORTEST:  # shorter ones have no normal, and are points
         offset = abs(ax * dy - ay * dx) / length
         reach = (hx * abs(dy) + hy * abs(dx)) / length
         largest = max(largest, offset - reach)

@@ -7,6 +7,7 @@ from math import atan2, cos, hypot, sin, sqrt
 
 import numpy as np
 
+from pytest_lpb.motion.directions import LONGEST, SHORTEST, rescaled
 from pytest_lpb.problem.robot import FloatArray
 
 Quaternion = tuple[float, float, float, float]  # w, x, y, z
@@ -48,6 +49,9 @@ def normalised(q: Sequence[float]) -> Quaternion:
     """A quaternion of length one. Raises ZeroDivisionError for zeros."""
     w, x, y, z = q
     length = sqrt(w * w + x * x + y * y + z * z)
+    if not SHORTEST < length < LONGEST:
+        w, x, y, z = rescaled(q)
+        length = sqrt(w * w + x * x + y * y + z * z)
     return (w / length, x / length, y / length, z / length)
 
 
@@ -68,7 +72,11 @@ def angle_between(p: Sequence[float], q: Sequence[float]) -> float:
 def from_axis_angle(axis: Sequence[float], angle: float) -> Quaternion:
     """The unit quaternion of a turn by `angle` [rad] about an axis of any length but zero."""
     x, y, z = axis
-    factor = sin(0.5 * angle) / hypot(x, y, z)
+    length = hypot(x, y, z)
+    if not SHORTEST < length < LONGEST:
+        x, y, z = rescaled(axis)
+        length = hypot(x, y, z)
+    factor = sin(0.5 * angle) / length
     return (cos(0.5 * angle), factor * x, factor * y, factor * z)
 
 

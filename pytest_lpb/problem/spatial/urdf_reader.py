@@ -11,6 +11,7 @@ import numpy as np
 
 from pytest_lpb.bounded import read_bounded, regular_file
 from pytest_lpb.errors import ScenarioError
+from pytest_lpb.motion.directions import LONGEST, rescaled
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.allowed import allowed_by_user, project_of, refusal
 from pytest_lpb.problem.packages import SCHEME, PackageFinder, environment
@@ -310,6 +311,9 @@ class _Reader:
         length = sqrt(x * x + y * y + z * z)
         if length < 1e-9:
             raise self._fault(part, "found an axis of zeros; it has no direction")
+        if not length < LONGEST:
+            x, y, z = rescaled((x, y, z))
+            length = sqrt(x * x + y * y + z * z)
         return (x / length, y / length, z / length)
 
     def _origin(self, element: Element) -> FloatArray:

@@ -32,8 +32,8 @@ def _all(trajectory: Trajectory) -> Iterator[dict[str, Any]]:
     problem = trajectory.problem
     for goal in problem.goal:
         title = "distance to goal" if goal is problem.primary else f"error of {goal.name}"
-        errors = {"": trajectory.goal_error(goal.name)}
-        yield _chart(title, goal.unit, trajectory, errors, "line", goal.tolerance, "tolerance")
+        for part, errors in zip(goal.components, trajectory.goal_errors(goal), strict=True):
+            yield _chart(title, part.unit, trajectory, {"": errors}, "line", part.tolerance, "tolerance")
     clearance = {"": trajectory.clearance}
     yield _chart("clearance", "m", trajectory, clearance, "line", problem.safety_margin, "safety margin")
     by_unit: dict[str, dict[str, FloatArray]] = defaultdict(dict)

@@ -31,6 +31,7 @@ CHECKS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (goal.check_names, ("goal",)),
     (goal.check_primary, ("goal",)),
     (goal.check_frames, ("goal", "structure")),
+    (goal.check_tolerances, ("goal", "structure")),
     (goal.check_targets, ("goal", "environment", "structure")),
     (obstacles.check_names, ("obstacles", "source")),
     (obstacles.check_shapes, ("obstacles", "environment")),

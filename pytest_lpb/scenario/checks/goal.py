@@ -1,12 +1,14 @@
 """Checks of the goal."""
 
 from collections.abc import Callable, Iterator, Sequence
+from math import hypot
 from typing import Any
 
 from pytest_lpb.documents.faults import Fault, Loc
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion import Motion, NormalisedMotion, motion_from
 from pytest_lpb.motion.motion import sampled_times
+from pytest_lpb.problem.joint_goal import JOINT_UNITS
 from pytest_lpb.problem.registries import goals as goal_types
 from pytest_lpb.scenario.checks.robot import unknown_name
 from pytest_lpb.scenario.schema.environment import MAX_STEPS, Environment
@@ -17,7 +19,9 @@ from pytest_lpb.scenario.schema.goal import (
     MovingGoal,
     OrientationGoal,
     PositionGoal,
+    Tolerance,
 )
+from pytest_lpb.scenario.schema.values import NO_DIRECTION
 from pytest_lpb.scenario.structure import Structure
 
 WORLD = "world"
@@ -66,6 +70,34 @@ def check_primary(goals: list[Goal]) -> Iterator[Fault]:
         yield Fault(("goal",), "no sub-goal has a tolerance; without one success is undefined")
 
 
+def check_tolerances(goals: list[Goal], structure: Structure) -> Iterator[Fault]:
+    """A tolerance per unit has the units of the sub-goal's error, all of them."""
+    for index, goal in enumerate(goals):
+        if not isinstance(goal.tolerance, Tolerance):
+            continue
+        place = ("goal", index, "tolerance")
+        given = goal.tolerance.model_dump(exclude_none=True)
+        units = _units(goal, structure)
+        if units and set(given) != units:
+            found, needed = (" and ".join(sorted(each)) or "no unit" for each in (given, units))
+            example = "{" + ", ".join(f"{unit}: {_EXAMPLES[unit]}" for unit in sorted(units)) + "}"
+            yield Fault(place, f"found {found}; the error of this goal is in {needed}: one number, or {example}")
+
+
+_EXAMPLES = {"m": 0.01, "rad": 0.05}
+
+
+def _units(goal: Goal, structure: Structure) -> set[str]:
+    """Units of a sub-goal's error; empty where they are not known: of an unknown joint, a fault of its own."""
+    registered = goal_types.get(goal.type)
+    if registered is not None:
+        return set(filter(None, [getattr(registered.create, "unit", None)]))
+    if not isinstance(goal, JointGoal):
+        return {"m" if isinstance(goal, PositionGoal) else "rad"}
+    types = dict(zip(structure.joints, structure.joint_types, strict=True))
+    return {JOINT_UNITS[types[name]] for name in goal.joints} if set(goal.joints) <= set(types) else set()
+
+
 def check_frames(goals: list[Goal], structure: Structure) -> Iterator[Fault]:
     """Links, joints and axes are those of the robot."""
     for index, goal in enumerate(goals):
@@ -107,8 +139,9 @@ def _alignment_frames(place: Loc, goal: AlignmentGoal, structure: Structure) -> 
         axis = getattr(goal, key)
         if len(axis) != structure.dimension:
             yield Fault((*place, key), f"found {len(axis)} numbers; {structure.dimension} required")
-        elif not any(axis):
-            yield Fault((*place, key), "found a vector of zeros; it has no direction")
+        elif hypot(*axis) <= NO_DIRECTION:
+            found = f"a vector no longer than {NO_DIRECTION:g}" if any(axis) else "a vector of zeros"
+            yield Fault((*place, key), f"found {found}; it has no direction")
 
 
 def _other_link(place: Loc, name: str, link: str, structure: Structure) -> Iterator[Fault]:

@@ -23,12 +23,29 @@ Axis = Annotated[int, Field(ge=0, le=2)]
 Direction = Annotated[list[Coordinate], Field(min_length=2, max_length=3)]
 
 
+class Tolerance(Part):
+    """A tolerance for each unit of the error."""
+
+    m: Length | None = Field(default=None, description="[m] of prismatic joints")
+    rad: Length | None = Field(default=None, description="[rad] of revolute joints")
+
+
+def _tolerance_form(value: Any) -> str:
+    return "(by unit)" if isinstance(value, dict | Tolerance) else "(number)"
+
+
 class SubGoal(Part):
     """What every sub-goal has."""
 
     name: Name | None = Field(default=None, description="default goal0, goal1, ... by position in the file")
-    tolerance: Length | None = Field(
-        default=None, description="[m or rad]; without: a preference, not needed for success"
+    tolerance: (
+        Annotated[
+            Annotated[Length, Tag("(number)")] | Annotated[Tolerance, Tag("(by unit)")], Discriminator(_tolerance_form)
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="[m or rad], or one per unit, {m: .., rad: ..}; without: a preference, not needed for success",
     )
     weight: Weight = 1.0
     primary: bool = Field(default=False, description="the first sub-goal is primary unless one says so")

@@ -57,7 +57,8 @@ def _distinct(values: list[Any]) -> list[Any]:
 
 def _directed(vector: list[float]) -> list[float]:
     if hypot(*vector) <= NO_DIRECTION:
-        raise ValueError(f"found {vector}; a vector of zeros has no direction")
+        what = f"a vector no longer than {NO_DIRECTION:g}" if any(vector) else "a vector of zeros"
+        raise ValueError(f"found {vector}; {what} has no direction")
     return vector
 
 
