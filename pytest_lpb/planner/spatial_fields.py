@@ -143,7 +143,7 @@ class _Cylinders:
         largest = gap.max(axis=-1)
         inside = largest <= 0.0
         out = np.where(inside[..., None], gap == largest[..., None], np.maximum(gap, 0.0))
-        length = lengths(out)
+        length = np.sqrt((out * out).sum(axis=-1))
         out = unit(out, length)
         radial = unit(points[..., :2], around)
         away = np.concatenate([out[..., :1] * radial, np.copysign(out[..., 1], points[..., 2])[..., None]], axis=-1)
