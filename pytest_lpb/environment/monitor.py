@@ -75,7 +75,7 @@ class Monitor:
 
     @property
     def goal_distance(self) -> float:
-        """Error of the primary goal in the current row [m or rad]; of one over both units, the larger over its tolerance.
+        """Error of the primary goal in the current row [m or rad]; of one over both units the larger in tolerances.
 
         The goal is within its tolerance where this is at most `goal_tolerance`.
         """

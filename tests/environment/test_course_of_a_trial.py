@@ -192,7 +192,13 @@ def test_a_violation_costs_one_once() -> None:
 def test_the_information() -> None:
     world = environment(obstacles=[circle(2.0, 0.0, 0.5)])
     _, info = world.reset()
-    assert info == {"goal_distance": 50.0, "clearance": pytest.approx(1.3), "outcome": "running"}
+    assert info == {
+        "goal_distance": 50.0,
+        "goal_tolerance": 0.1,
+        "clearance": pytest.approx(1.3),
+        "robot_radius": 0.2,
+        "outcome": "running",
+    }
     *_, info = world.step([40.0, 0.0])
     assert info["outcome"] == "collision"
     assert info["clearance"] == pytest.approx(-0.7)
