@@ -108,13 +108,33 @@ class Trajectory:
 
     @property
     def clearance(self) -> FloatArray:
-        """Signed distance of the robot to the nearest obstacle, (N + 1,) [m]; NaN without obstacles."""
+        """Signed distance of the robot to the nearest obstacle at each row, (N + 1,) [m]; NaN without obstacles."""
         return self.column("clearance_m")
 
     @property
     def self_clearance(self) -> FloatArray:
-        """Signed distance between the robot's own bodies, (N + 1,) [m]; NaN without pairs to check."""
+        """Signed distance between the robot's own bodies at each row, (N + 1,) [m]; NaN without pairs to check."""
         return self.column("self_clearance_m")
+
+    @property
+    def step_clearance(self) -> FloatArray:
+        """Least clearance on the way to each row, from the row before it on, (N + 1,) [m]; NaN without obstacles.
+
+        Found to 1e-4 m where the least of the whole trial depends on it, or where it goes below the scenario's safety
+        margin between two rows that keep it; elsewhere that of the nearer row. Of trials recorded without it, that of
+        each row.
+        """
+        return self.columns.get("clearance_step_min_m", self.clearance)
+
+    @property
+    def self_step_clearance(self) -> FloatArray:
+        """The same between the robot's own bodies, (N + 1,) [m]; NaN without pairs to check."""
+        return self.columns.get("self_clearance_step_min_m", self.self_clearance)
+
+    @property
+    def contact_time(self) -> float | None:
+        """Time of the contact that ended or would have ended the trial [s], to 1e-3 dt; None without one."""
+        return self.metadata.get("contact_time_s")
 
     @property
     def solver_wall_ms(self) -> FloatArray:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from math import isfinite
 
 import numpy as np
 
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import pybullet
 from pytest_lpb.problem.spatial.robot import SpatialRobot
+from pytest_lpb.problem.spatial.swept_bodies import polyline, polyline_rates
 from pytest_lpb.problem.spatial.world import World
 
 UNLIMITED_EFFORT = 1e5  # [N or N m] of a motor without a limit
@@ -56,16 +59,35 @@ class DynamicMotion:
         self._motors(velocity, strengths=[0.0] * len(self._joints) if self._robot.control == "torque" else None)
         self._q = list(q)
         self._commanded = list(u)
+        self._paths: list[FloatArray] = []  # of the steps since: configurations (substeps + 1, dof)
         return q, u
 
     def advance(self, q: list[float], u: list[float], action: list[float]) -> tuple[list[float], list[float]]:
         """State after dt, as the physics has it."""
         self._q = list(q)
+        self._passed = [self._q]
         self._drive(u, action)
         # A step leaves the links' frames where they were before it, until somebody asks for them to be computed.
         self._world.client.call("getLinkState", self._world.robot, 0, computeForwardKinematics=True)
         position, velocity = self._measured()
-        return position, self._actuated(position, velocity, q, u, action)
+        u = self._actuated(position, velocity, q, u, action)
+        self._keep_path(position)
+        return position, u
+
+    def _keep_path(self, last: list[float]) -> None:
+        """Keep where this step went, by substeps; entries of q that move no joint are as they are in the end."""
+        path = np.array(self._passed)
+        path[-1] = last
+        self._paths.append(path)
+
+    def rates(self, row: int, before: list[float], q: list[float], u: list[float]) -> list[float]:  # noqa: ARG002
+        """Bounds of the rates of q on the way to a row, of straight lines between substeps."""
+        rates: list[float] = polyline_rates(self._paths[row - 1], self._duration).tolist()
+        return rates
+
+    def path(self, row: int, q: list[float], u: list[float], action: list[float]) -> Callable[[float], Sequence[float]]:  # noqa: ARG002
+        """Straight lines between substeps."""
+        return polyline(self._paths[row - 1])
 
     def _by_velocity(self, u: list[float], action: list[float]) -> None:  # noqa: ARG002 - motors know no past
         for _ in range(self._substeps):
@@ -109,6 +131,7 @@ class DynamicMotion:
             self._world.client.call("resetJointState", self._world.robot, joint, multiplier * self._q[source] + offset)
         pybullet.stepSimulation(physicsClientId=self._client)
         self._q, _ = self._measured()
+        self._passed.append(self._q)
 
     def _measured(self) -> tuple[list[float], list[float]]:
         """Joint positions and velocities (dof,); entries without a joint as they were, and zero."""

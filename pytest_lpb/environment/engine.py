@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any, Protocol
 
+from pytest_lpb.environment.continuous import StepBounds
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.problem import Problem
@@ -18,7 +19,11 @@ ENGINES: dict[str, str] = {
 
 
 class Engine(Protocol):
-    """Simulates one robot among obstacles; the environment does goals, limits and bookkeeping."""
+    """Simulates one robot among obstacles; the environment does goals, limits and bookkeeping.
+
+    One that knows its motion between two rows has an attribute `continuous: StepBounds` as well: contact is then found
+    there too. Others are judged at their rows.
+    """
 
     contact_slack_m: float  # depth from which bodies collide
     q: list[float]  # joint positions [rad or m]
@@ -56,3 +61,9 @@ def engine_for(problem: Problem) -> Engine:
         raise ScenarioError(f"unknown engine {problem.engine!r}: what registers it is not loaded")
     own: Engine = registered.create(problem)
     return own
+
+
+def continuous(engine: Engine) -> StepBounds | None:
+    """What knows an engine's motion between two rows; None for engines of users' own that do not say."""
+    found: StepBounds | None = getattr(engine, "continuous", None)
+    return found

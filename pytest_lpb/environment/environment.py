@@ -237,6 +237,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
             "goal_distance": monitor.goal_distance,
             **({f"goal_error_{unit}": error for unit, error in errors.items()} if len(errors) > 1 else {}),
             "clearance": inf if isnan(clearance) else clearance,
+            "contact_time": inf if monitor.contact_time is None else monitor.contact_time,
             "outcome": self.outcome or "running",
             "robot_radius": self.problem.robot.body_radius,
             "goal_tolerance": monitor.goal_tolerance,

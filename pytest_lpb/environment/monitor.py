@@ -5,23 +5,37 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, nan
 
-from pytest_lpb.environment.engine import Engine
+from pytest_lpb.environment.continuous import StepBounds
+from pytest_lpb.environment.engine import Engine, continuous
 from pytest_lpb.environment.limits import PositionLimits
 from pytest_lpb.problem.collision import Clearance
+from pytest_lpb.problem.continuous_collision import first_touch
 from pytest_lpb.problem.problem import Problem
 
 STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
 STALL_TIME_S = 5.0  # standstill at the end of a trial that makes a timeout `stalled`
 
 
+NOTHING: Clearance = (nan, "", "")
+
+
 @dataclass(frozen=True)
 class Violation:
-    """The first violation of a trial."""
+    """The first violation of a trial.
 
-    outcome: str  # collision, self_collision or joint_limit
+    Attributes:
+        outcome: collision, self_collision or joint_limit.
+        row: the first at or after the violation.
+        clearance: of the two bodies, at that row; positive where they touched before it and are free again.
+        joint: index of the joint beyond its limits.
+        time: of first contact [s].
+    """
+
+    outcome: str
     row: int
-    clearance: Clearance = (nan, "", "")
+    clearance: Clearance = NOTHING
     joint: int | None = None
+    time: float | None = None
 
 
 class Monitor:
@@ -48,6 +62,7 @@ class Monitor:
         self.goal_row: int | None = None
         self._entered: int | None = None
         self._moved_at = -1
+        self.clearance = self.self_clearance = NOTHING
 
     def set_target(self, index: int, target: list[float]) -> None:
         """Move the target of a sub-goal."""
@@ -60,9 +75,16 @@ class Monitor:
             error for i, goal in self._goals for error in goal.errors(goal.value(q, frames), self._targets[i])
         ]
         self._check_goal(row)
+        gap, own_gap = self.clearance[0], self.self_clearance[0]
         self.clearance, self.self_clearance = engine.clearance()
         if self.violation is None:
-            self._check_violation(row, q, -engine.contact_slack_m)
+            gap += self.clearance[0]
+            own_gap += self.self_clearance[0]
+            motion = continuous(engine)
+            if row and motion is not None and motion.may_have_touched(row, gap, own_gap):
+                self.violation = contact_since(row, motion, self._problem.dt)
+            if self.violation is None:
+                self._check_row(row, q, -engine.contact_slack_m)
         for speed in engine.u:
             if not -STALL_SPEED < speed < STALL_SPEED:
                 self._moved_at = row
@@ -101,15 +123,21 @@ class Monitor:
         if self.goal_row is None and self._hold_rows is not None and row - self._entered >= self._hold_rows:
             self.goal_row = self._entered
 
-    def _check_violation(self, row: int, q: list[float], deepest: float) -> None:
+    def _check_row(self, row: int, q: list[float], deepest: float) -> None:
+        t = row * self._problem.dt
         if self.clearance[0] < deepest:
-            self.violation = Violation("collision", row, self.clearance)
+            self.violation = Violation("collision", row, self.clearance, time=t)
         elif self.self_clearance[0] < deepest:
-            self.violation = Violation("self_collision", row, self.self_clearance)
+            self.violation = Violation("self_collision", row, self.self_clearance, time=t)
         else:
             joint = self._position_limits.violated(q)
             if joint is not None:
                 self.violation = Violation("joint_limit", row, joint=joint)
+
+    @property
+    def contact_time(self) -> float | None:
+        """When bodies first touched [s]; None where the first violation is no contact."""
+        return None if self.violation is None else self.violation.time
 
     def outcome(self, last_row: int) -> str:
         """What a trial that ends with this row has come to: the first violation, success, stalled or timeout."""
@@ -121,3 +149,16 @@ class Monitor:
             return "success"
         still_for = (last_row - self._moved_at) * self._problem.dt
         return "stalled" if still_for > STALL_TIME_S else "timeout"
+
+
+def contact_since(row: int, engine: StepBounds, dt: float) -> Violation | None:
+    """The first contact on the way to a row, which the engine has reached; None where there is none."""
+    bodies = engine.swept_bodies(row)
+    touch = first_touch(bodies, -engine.contact_slack_m)
+    if touch is None:
+        engine.restore()
+        return None
+    distance = bodies.distances(1.0, [touch.pair])[0]
+    engine.restore()
+    outcome = "self_collision" if bodies.is_own(touch.pair) else "collision"
+    return Violation(outcome, row, (distance, *bodies.names(touch.pair)), time=(row - 1 + touch.share) * dt)

@@ -21,8 +21,8 @@ def _clearance(trajectory: Trajectory) -> FloatArray:
 
 @kpi("clearance_min_m", "m", "higher", "all", group="safety")
 def clearance_min(trajectory: Trajectory) -> float:
-    """Smallest signed distance of any body to any obstacle in any row [m]; negative: penetration."""
-    return smallest(_clearance(trajectory))
+    """Smallest signed distance of any body to any obstacle, at rows and between them [m]; negative: penetration."""
+    return smallest(measured(trajectory.step_clearance))
 
 
 @kpi("clearance_mean_m", "m", "higher", "all", group="safety")
@@ -33,8 +33,8 @@ def clearance_mean(trajectory: Trajectory) -> float:
 
 @kpi("self_clearance_min_m", "m", "higher", "all", group="safety")
 def self_clearance_min(trajectory: Trajectory) -> float:
-    """Smallest signed distance between two bodies of the robot [m]; NaN without pairs to check."""
-    return smallest(measured(trajectory.self_clearance))
+    """Smallest signed distance between two bodies of the robot, at rows and between [m]; NaN without pairs to check."""
+    return smallest(measured(trajectory.self_step_clearance))
 
 
 def _joint_limit_margin(trajectory: Trajectory, joint_type: str) -> float:
@@ -58,12 +58,21 @@ def joint_limit_margin_m(trajectory: Trajectory) -> float:
 
 @kpi("near_miss_time_s", "s", "lower", "all", group="safety")
 def near_miss_time(trajectory: Trajectory) -> float:
-    """Time with a clearance below the scenario's safety margin [s]; each such row but the last counts dt."""
+    """Time with a clearance below the scenario's safety margin [s].
+
+    Each such row but the last counts dt. A dip between two rows that keep the margin counts for the time that straight
+    lines from both rows down to its least clearance are below.
+    """
     clearance = _clearance(trajectory)
     if not np.isfinite(clearance).any():
         return math.nan
     problem = trajectory.problem
-    return float(np.count_nonzero(clearance[:-1] < problem.safety_margin) * problem.dt)
+    margin = problem.safety_margin
+    least = measured(trajectory.step_clearance)[1:]
+    first, last = clearance[:-1], clearance[1:]
+    dips = (first >= margin) & (last >= margin) & (least < margin)
+    shares = 2.0 * (margin - least[dips]) / (first + last - 2.0 * least)[dips]
+    return float((np.count_nonzero(first < margin) + shares.sum()) * problem.dt)
 
 
 @kpi("time_to_collision_min_s", "s", "higher", "all", group="safety")

@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from pytest_lpb.motion.grammar import Grammar, Program, compile_expression
+from pytest_lpb.motion.intervals import speed_bounds
 from pytest_lpb.motion.jets import BINARY, UNARY, FloatArray, Jet, constant, variable
 
 FUNCTIONS = ("sin", "cos", "tan", "exp", "sqrt", "abs")
@@ -40,6 +41,10 @@ class Expression:
                 stack.append(_apply(step, stack, t))
         value, first, second = (np.broadcast_to(part, t.shape).astype(np.float64) for part in stack.pop())
         return value, first, second
+
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Bounds of |d/dt| over the spans [start, end] of time, each (N,) [s]: (N,); inf where there is none."""
+        return speed_bounds(self.program, start, end)
 
 
 def _apply(step: float | str, stack: list[Jet], t: FloatArray) -> Jet:

@@ -32,6 +32,10 @@ class Motion(ABC):
     def evaluate(self, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position, velocity and acceleration at the times t (N,) [s], each a new array (N, m)."""
 
+    @abstractmethod
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Bounds of |dp/dt| over the spans [start, end] of time, each (N,) [s]: (N,); inf where there is none."""
+
     def check_finite(self, times: FloatArray) -> None:
         """Check that the motion stays finite and in bounds at `times` (N,) [s].
 
@@ -73,6 +77,10 @@ class FixedMotion(Motion):
         position[:] = self.position
         return position, np.zeros(shape), np.zeros(shape)
 
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:  # noqa: ARG002 - it stands
+        """Zeros, see `Motion.speed_bound`."""
+        return np.zeros(len(start))
+
 
 class ExpressionMotion(Motion):
     """A motion whose m components are expressions in t.
@@ -93,6 +101,15 @@ class ExpressionMotion(Motion):
         for column, expression in enumerate(self.expressions):
             result[:, :, column] = expression.evaluate(t)
         return result[0], result[1], result[2]
+
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """By interval arithmetic, see `Motion.speed_bound`."""
+        rates = np.zeros((self.size, len(start)))
+        for row, expression in enumerate(self.expressions):
+            if expression.moving:
+                rates[row] = expression.speed_bound(start, end)
+        speed: FloatArray = np.sqrt((rates * rates).sum(axis=0))
+        return speed
 
     def component_name(self, index: int) -> str:
         """The expression itself."""

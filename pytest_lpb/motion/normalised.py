@@ -34,6 +34,10 @@ class NormalisedMotion(Motion):
             second = (a - 2.0 * speed * first - change * n) / length
         return n, first, second
 
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:  # noqa: ARG002 - at all times alike
+        """Zeros for what stands, else none: how near to zero a moving vector comes is not looked at."""
+        return np.full(len(start), np.inf if self.moving else 0.0)
+
     def component_name(self, index: int) -> str:
         """As the motion itself calls it."""
         return self._motion.component_name(index)

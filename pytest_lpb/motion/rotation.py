@@ -44,6 +44,10 @@ class AxisTurn(Motion):
             across = np.concatenate([-np.sin(half), np.cos(half) * self._axis], axis=1)
             return along, rate * across, change * across - rate * rate * along
 
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Half of the bound of the angle's rate, see `Motion.speed_bound`."""
+        return 0.5 * self._angle.speed_bound(start, end)
+
     def component_name(self, index: int) -> str:  # noqa: ARG002 - the angle is what was written
         """The angle itself."""
         return self._angle.component_name(0)

@@ -40,7 +40,7 @@ class SplineMotion(Motion):
         self.moving = bool(np.any(self.points != self.points[0]))
 
     def __getstate__(self) -> dict[str, Any]:
-        return {key: value for key, value in self.__dict__.items() if key != "_spline"}
+        return {key: value for key, value in self.__dict__.items() if key not in ("_spline", "_jerk_bound")}
 
     @cached_property
     def _spline(self) -> CubicSpline[np.float64]:
@@ -59,6 +59,28 @@ class SplineMotion(Motion):
         velocity[~inside] = 0.0
         acceleration[~inside] = 0.0
         return position, velocity, acceleration
+
+    def speed_bound(self, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Of the piecewise quadratic velocity, see `Motion.speed_bound`.
+
+        Within a span of length h a coordinate's velocity leaves the chord between its ends by at most J h^2 / 8, where
+        J bounds the jerk, which is constant in each piece.
+        """
+        start, end = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+        first, last = self.times[0], self.times[-1]
+        if not self.periodic:
+            # Outside of its span of time it stands, and at both ends its velocity is zero.
+            start, end = np.clip(start, first, last), np.clip(end, first, last)
+        ends = np.maximum(np.abs(self.evaluate(start)[1]), np.abs(self.evaluate(end)[1]))
+        rates = ends + self._jerk_bound * (0.125 * (end - start) ** 2)[:, None]
+        speed: FloatArray = np.sqrt((rates * rates).sum(axis=1))
+        return speed
+
+    @cached_property
+    def _jerk_bound(self) -> FloatArray:
+        """Largest |d3/dt3| of each coordinate over all pieces, (m,)."""
+        jerk: FloatArray = np.abs(np.asarray(self._spline(self.times[:-1], 3))).max(axis=0)
+        return jerk
 
 
 def _check(rows: Sequence[Sequence[float]], periodic: bool) -> None:

@@ -36,6 +36,8 @@ def columns_of(problem: Problem, log: Log) -> Columns:
     columns["clearance_body"] = np.array(bodies, dtype=object)
     columns["clearance_obstacle"] = np.array(obstacles, dtype=object)
     columns["self_clearance_m"] = np.array(log.self_clearance, dtype=float)
+    columns["clearance_step_min_m"] = np.array(log.step_clearance, dtype=float)
+    columns["self_clearance_step_min_m"] = np.array(log.self_step_clearance, dtype=float)
     _add_calls(columns, log, rows)
     return columns
 

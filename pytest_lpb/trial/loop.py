@@ -10,12 +10,13 @@ from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from time import perf_counter_ns, thread_time_ns
 from typing import Any
 
 import numpy as np
 
+from pytest_lpb.environment.between_rows import Rows, least_on_the_way
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError, in_one_line
 from pytest_lpb.planner.base import Planner, PlannerProblem
@@ -38,6 +39,8 @@ class Log:
     goal_errors: list[list[float]] = field(default_factory=list)
     clearance: list[tuple[float, str, str]] = field(default_factory=list)
     self_clearance: list[float] = field(default_factory=list)
+    step_clearance: list[float] = field(default_factory=list)  # the least on the way to each row
+    self_step_clearance: list[float] = field(default_factory=list)
     action: list[list[float]] = field(default_factory=list)
     applied: list[list[float]] = field(default_factory=list)
     call_row: list[int] = field(default_factory=list)
@@ -228,6 +231,14 @@ def log_row(log: Log, environment: ScenarioEnvironment) -> None:
     log.goal_errors.append(monitor.goal_errors)
     log.clearance.append(monitor.clearance)
     log.self_clearance.append(monitor.self_clearance[0])
+
+
+def log_between_rows(log: Log, environment: ScenarioEnvironment) -> None:
+    """Log the least clearances on the way to each row; off the clock, after the trial."""
+    engine, margin = environment.running_engine, environment.problem.safety_margin
+    rows = Rows(log.q, log.u, log.applied)
+    log.step_clearance = least_on_the_way(engine, rows, [distance for distance, *_ in log.clearance], margin)
+    log.self_step_clearance = least_on_the_way(engine, rows, log.self_clearance, -inf, own=True)
 
 
 def ended(log: Log, outcome: str, error: BaseException) -> Log:

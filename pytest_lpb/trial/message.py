@@ -27,14 +27,22 @@ def outcome_message(trajectory: Trajectory, violation: Violation | None, fault: 
 
 
 def _collision(trajectory: Trajectory, violation: Violation) -> str:
-    distance, body, obstacle = violation.clearance
-    t = trajectory.t[violation.row]
-    return f"{body!r} hit obstacle {obstacle!r} at t = {t:.4g} s ({-distance:.2g} m deep)"
+    _, body, obstacle = violation.clearance
+    return f"{body!r} hit obstacle {obstacle!r} {_contact(trajectory, violation)}"
 
 
 def _self_collision(trajectory: Trajectory, violation: Violation) -> str:
-    distance, body, other = violation.clearance
-    return f"{body!r} hit {other!r} at t = {trajectory.t[violation.row]:.4g} s ({-distance:.2g} m deep)"
+    _, body, other = violation.clearance
+    return f"{body!r} hit {other!r} {_contact(trajectory, violation)}"
+
+
+def _contact(trajectory: Trajectory, violation: Violation) -> str:
+    """When two bodies first touched, and how they are at the row after that."""
+    distance, row_time = violation.clearance[0], float(trajectory.t[violation.row])
+    time = row_time if violation.time is None else violation.time
+    if distance < 0.0:
+        return f"at t = {time:.4g} s ({-distance:.2g} m deep)"
+    return f"at t = {time:.4g} s, between two rows ({distance:.2g} m apart again at t = {row_time:.4g} s)"
 
 
 def _joint_limit(trajectory: Trajectory, violation: Violation) -> str:

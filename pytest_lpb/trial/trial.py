@@ -20,7 +20,7 @@ from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
 from pytest_lpb.trial.guard import EVERYTHING, UserInterruptError, end_if_forked, guarded
 from pytest_lpb.trial.holder import PlannerHolder
-from pytest_lpb.trial.loop import Log, ended, log_row, outcome_of, run_loop, undisturbed
+from pytest_lpb.trial.loop import Log, ended, log_between_rows, log_row, outcome_of, run_loop, undisturbed
 from pytest_lpb.trial.message import outcome_message
 from pytest_lpb.trial.outcome import INFEASIBLE, SUCCESS
 from pytest_lpb.trial.specification import TrialSpecification, usable_cores
@@ -63,6 +63,7 @@ def run_trial(
         log.details = "\n".join(filter(None, [log.details.rstrip(), *changes]))
         if not log.q:
             log_row(log, environment)
+        log_between_rows(log, environment)
         violation = environment.monitor.violation
     except UserInterruptError:
         raise KeyboardInterrupt from None
@@ -145,6 +146,8 @@ def _metadata(specification: TrialSpecification, problem_hash: str, log: Log) ->
 def _judged(trajectory: Trajectory, metadata: dict[str, Any], violation: Violation | None, log: Log) -> Trajectory:
     """Add what follows from the raw data: the hash, the message, the criteria of success."""
     arrays = (trajectory.t, trajectory.q, trajectory.qd, trajectory.action)
+    if violation is not None and violation.time is not None:
+        metadata["contact_time_s"] = violation.time
     metadata["trajectory_hash"] = hash_of_arrays(arrays)
     message = outcome_message(trajectory, violation, log.fault)
     failed = failed_criteria(trajectory) if log.outcome == SUCCESS else []

@@ -69,6 +69,7 @@ def test_the_columns_of_the_contract(written: Written) -> None:
     expected += ["goal_reach_angle_0", "goal_reach_angle_error"]
     expected += [f"obstacle_{name}_{part}" for name in ("disc", "cart.1") for part in ("x", "y", "theta")]
     expected += ["clearance_m", "clearance_body", "clearance_obstacle", "self_clearance_m"]
+    expected += ["clearance_step_min_m", "self_clearance_step_min_m"]
     expected += ["solver_wall_ms", "solver_cpu_ms", "planner_calls", "planner_odd"]
     assert pq.read_table(written.path).column_names == expected
 

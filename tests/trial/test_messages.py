@@ -53,7 +53,7 @@ def test_timeout_at_a_joint_limit() -> None:
 
 def test_collision() -> None:
     text = message(goal=[position_goal([5.0, 0.0])], obstacles=[circle(1.02, 0.0, 0.5)])
-    assert text.startswith("'body' hit obstacle 'disc' at t = 0.35 s (0.03 m deep), ")
+    assert text.startswith("'body' hit obstacle 'disc' at t = 0.32 s (0.03 m deep), ")
     assert text.endswith("4.65 m from the goal (tolerance 0.10 m)")
 
 

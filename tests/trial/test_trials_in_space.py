@@ -62,6 +62,7 @@ def test_the_columns_of_the_contract(written: Written) -> None:
     parts = ("x", "y", "z", "qw", "qx", "qy", "qz")
     expected += [f"obstacle_{name}_{part}" for name in ("ball", "fan.1") for part in parts]
     expected += ["clearance_m", "clearance_body", "clearance_obstacle", "self_clearance_m"]
+    expected += ["clearance_step_min_m", "self_clearance_step_min_m"]
     expected += ["solver_wall_ms", "solver_cpu_ms", "planner_calls", "planner_odd"]
     assert pq.read_table(written.path).column_names == expected
 

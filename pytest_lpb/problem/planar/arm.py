@@ -59,6 +59,30 @@ class PlanarArm(PlanarRobot):
         """State after dt [s] under the constant action, exact."""
         return integrate_holonomic(self.control, q, u, action, dt)
 
+    def link_speeds(self, before: list[float], after: list[float]) -> list[tuple[float, float]]:
+        """Sums over the links below of length times rate; a link turns at the sum of the rates of its joints."""
+        speeds = [(0.0, 0.0)]
+        speed = rate = first = last = 0.0
+        for start, end, length in zip(before, after, self.lengths, strict=True):
+            first += start
+            last += end
+            rate = max(abs(first), abs(last))
+            speeds.append((speed, rate))
+            speed += length * rate
+        speeds.append((speed, rate))
+        return speeds
+
+    def pair_levers(self, first: tuple[int, float], second: tuple[int, float]) -> list[float]:
+        """The joints between two bodies turn one against the other: by the chain from the joint to either of them."""
+        (lower, below), (upper, above) = sorted((first, second))
+        levers = [0.0] * self.dof
+        for joint in range(lower, min(upper, self.dof)):
+            # Joint i lies at the start of link i + 1, and `lengths` begin with that link's.
+            outwards = sum(self.lengths[joint : upper - 1]) + above
+            inwards = sum(self.lengths[max(lower - 1, 0) : joint]) + below
+            levers[joint] = min(outwards, inwards)
+        return levers
+
     @property
     def reach(self) -> float:
         """Length of the stretched arm [m]."""

@@ -19,26 +19,31 @@ Capsule = tuple[float, float, float, float, float]  # ax, ay, bx, by, radius [m]
 
 
 class PlanarCollision:
-    """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed."""
+    """Measures clearances of one problem; shapes are placed by `place`, then asked as often as needed.
+
+    Attributes:
+        shapes, obstacle_names: of the obstacles.
+        placed, body_names: link and capsule of each of the robot's bodies, in the link's frame.
+        pairs: indices of the robot's own bodies that must not touch.
+    """
 
     def __init__(self, robot: PlanarRobot, obstacles: Sequence[Obstacle]) -> None:
         self.shapes: list[PlacedShape] = [planar_shape(obstacle.entry) for obstacle in obstacles]
-        self._names = [obstacle.name for obstacle in obstacles]
+        self.obstacle_names = [obstacle.name for obstacle in obstacles]
         bodies = robot.collision_bodies
-        self._bodies = [
-            (body.name, robot.link_index(body.link), capsule) for body in bodies for capsule in body.capsules
-        ]
+        self.body_names = [body.name for body in bodies for _ in body.capsules]
+        self.placed = [(robot.link_index(body.link), capsule) for body in bodies for capsule in body.capsules]
         owners: dict[str, list[int]] = {body.name: [] for body in bodies}
-        for index, (name, _, _) in enumerate(self._bodies):
+        for index, name in enumerate(self.body_names):
             owners[name].append(index)
-        self._pairs = [
+        self.pairs = [
             (i, j) for first, second in robot.self_collision_pairs for i in owners[first] for j in owners[second]
         ]
 
     def capsules(self, frames: Sequence[Frame]) -> list[Capsule]:
         """The robot's bodies in the world, one capsule each."""
         placed = []
-        for _, link, (ax, ay, bx, by, radius) in self._bodies:
+        for link, (ax, ay, bx, by, radius) in self.placed:
             x, y, c, s = frames[link]
             start_x, start_y = x + c * ax - s * ay, y + s * ax + c * ay
             if ax == bx and ay == by:
@@ -62,20 +67,38 @@ class PlanarCollision:
                         nearest, nearest_body, nearest_obstacle = distance, body, obstacle
         if nearest_body < 0:
             return nan, "", ""
-        return nearest, self._bodies[nearest_body][0], self._names[nearest_obstacle]
+        return nearest, self.body_names[nearest_body], self.obstacle_names[nearest_obstacle]
 
     def self_clearance(self, capsules: Sequence[Capsule]) -> Clearance:
         """Signed distance between the nearest pair of the robot's own bodies [m]; NaN without pairs."""
-        if not self._pairs:
+        if not self.pairs:
             return nan, "", ""
-        nearest, pair = inf, self._pairs[0]
-        for candidate in self._pairs:
+        nearest, pair = inf, self.pairs[0]
+        for candidate in self.pairs:
             ax, ay, bx, by, first = capsules[candidate[0]]
             cx, cy, dx, dy, second = capsules[candidate[1]]
             distance = segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy) - first - second
             if distance < nearest:
                 nearest, pair = distance, candidate
-        return nearest, self._bodies[pair[0]][0], self._bodies[pair[1]][0]
+        return nearest, self.body_names[pair[0]], self.body_names[pair[1]]
+
+    def distance(self, capsule: Capsule, obstacle: int) -> float:
+        """Signed distance of one body to one obstacle [m]."""
+        ax, ay, bx, by, radius = capsule
+        return self.shapes[obstacle].distance_to_segment(ax, ay, bx, by) - radius
+
+    def disc_distance(self, capsule: Capsule, obstacle: int) -> float:
+        """Lower bound of that distance: between the discs around both [m]."""
+        ax, ay, bx, by, radius = capsule
+        shape = self.shapes[obstacle]
+        apart = hypot(shape.x - 0.5 * (ax + bx), shape.y - 0.5 * (ay + by))
+        return apart - shape.circumradius - radius - 0.5 * hypot(bx - ax, by - ay)
+
+    def pair_distance(self, pair: int, capsules: Sequence[Capsule]) -> float:
+        """Signed distance between a pair of the robot's own bodies [m]."""
+        ax, ay, bx, by, first = capsules[self.pairs[pair][0]]
+        cx, cy, dx, dy, second = capsules[self.pairs[pair][1]]
+        return segment_to_segment(ax, ay, bx, by, cx, cy, dx, dy) - first - second
 
 
 class PlanarSpace(ClosedAtTheEnd):

@@ -65,6 +65,10 @@ class DifferentialDrive(PlanarRobot):
         """State after dt [s]: an arc under a constant (v, w), a generalised clothoid under constant (dv, dw)."""
         return drive(self.control, q, u, action, dt)
 
+    def link_speeds(self, before: list[float], after: list[float]) -> list[tuple[float, float]]:
+        """The larger of both |v| and of both |w|."""
+        return [(max(abs(before[0]), abs(after[0])), max(abs(before[1]), abs(after[1])))]
+
     def action_map(self, q: ArrayLike) -> FloatArray:
         """B with qd = B u, (3, 2)."""
         theta = float(np.asarray(q, dtype=float)[2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, sin
+from math import cos, hypot, sin
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,10 @@ class Point(PlanarRobot):
     ) -> tuple[list[float], list[float]]:
         """State after dt [s] under the constant action, exact."""
         return integrate_holonomic(self.control, q, u, action, dt)
+
+    def link_speeds(self, before: list[float], after: list[float]) -> list[tuple[float, float]]:
+        """The larger of both speeds: between them it is smaller; nothing turns."""
+        return [(max(hypot(*before), hypot(*after)), 0.0)]
 
     def jacobian(self, q: ArrayLike, link: str) -> FloatArray:  # noqa: ARG002 - constant
         """Velocity of the body per qd, (3, 2); it never turns."""

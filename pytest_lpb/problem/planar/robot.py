@@ -33,6 +33,25 @@ class PlanarRobot(Robot):
         """qd at q under the actuated velocity u."""
         return u
 
+    def link_speeds(self, before: list[float], after: list[float]) -> list[tuple[float, float]]:
+        """Bounds, for each link, of the speed of its frame [m/s] and of its angular rate [rad/s].
+
+        They hold while u changes linearly between two values. Contact between two rows is found with them; a robot
+        that does not give them is judged at its rows alone.
+        """
+        raise NotImplementedError
+
+    def pair_levers(self, first: tuple[int, float], second: tuple[int, float]) -> list[float]:
+        """Bounds (n_actions,) of how much a unit of each entry of u changes the distance of two bodies per second [m].
+
+        Args:
+            first, second: of each body the index of its link, and the distance of its farthest point from the link's
+                frame [m].
+        """
+        if first[0] != second[0]:
+            raise NotImplementedError
+        return [0.0] * self.n_actions
+
     def link_angle(self, q: Sequence[float], link: str) -> float:
         """Angle of a link's frame in the world [rad], not wrapped."""
         _, _, c, s = self.frames(q)[self.link_index(link)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from math import ceil, cos, sin, tan
+from math import ceil, cos, hypot, inf, pi, sin, tan
 from typing import ClassVar
 
 import numpy as np
@@ -41,6 +41,14 @@ class Base(ABC):
         """State after dt [s] under a constant action: du/dt under acceleration control, else u itself."""
 
     @abstractmethod
+    def peak_rates(self, before: Sequence[float], after: Sequence[float], steepest: float) -> list[float]:
+        """Bounds of the rates of the base's entries of q while u changes linearly between two values.
+
+        The bound of the speed in the plane of a base that has one stands at x, and zero at y: together they bound how
+        fast the base is. `steepest` bounds |delta| of a base that steers [rad].
+        """
+
+    @abstractmethod
     def joint_velocity(self, q: Sequence[float], u: Sequence[float]) -> list[float]:
         """qd at q under the actuated velocity u."""
 
@@ -55,6 +63,10 @@ class FixedBase(Base):
     def integrate(self, q: list[float], u: list[float], action: list[float], dt: float) -> State:  # noqa: ARG002
         """Nothing moves."""
         return [], []
+
+    def peak_rates(self, before: Sequence[float], after: Sequence[float], steepest: float) -> list[float]:  # noqa: ARG002
+        """Nothing moves."""
+        return []
 
     def joint_velocity(self, q: Sequence[float], u: Sequence[float]) -> list[float]:  # noqa: ARG002
         """Nothing moves."""
@@ -77,6 +89,11 @@ class HolonomicBase(Base):
         """Each entry by itself."""
         return integrate_holonomic(self.control, q, u, action, dt)
 
+    def peak_rates(self, before: Sequence[float], after: Sequence[float], steepest: float) -> list[float]:  # noqa: ARG002
+        """The larger of both speeds, and of both |w|."""
+        speed = max(hypot(before[0], before[1]), hypot(after[0], after[1]))
+        return [speed, 0.0, max(abs(before[2]), abs(after[2]))]
+
     def joint_velocity(self, q: Sequence[float], u: Sequence[float]) -> list[float]:  # noqa: ARG002
         """u itself."""
         return list(u)
@@ -97,6 +114,10 @@ class DifferentialDriveBase(Base):
     def integrate(self, q: list[float], u: list[float], action: list[float], dt: float) -> State:
         """An arc under a constant (v, w), a generalised clothoid under constant rates."""
         return drive(self.control, q, u, action, dt)
+
+    def peak_rates(self, before: Sequence[float], after: Sequence[float], steepest: float) -> list[float]:  # noqa: ARG002
+        """The larger of both |v|, and of both |w|."""
+        return [max(abs(before[0]), abs(after[0])), 0.0, max(abs(before[1]), abs(after[1]))]
 
     def joint_velocity(self, q: Sequence[float], u: Sequence[float]) -> list[float]:
         """qd = (v cos theta, v sin theta, w)."""
@@ -176,6 +197,12 @@ class BicycleBase(Base):
             along_y += weight * speed * sin(heading)
             turned += weight * turn
         return x + length * along_x, y + length * along_y, theta + length * turned
+
+    def peak_rates(self, before: Sequence[float], after: Sequence[float], steepest: float) -> list[float]:
+        """The larger of both |v|, |v| tan(delta) / wheel_base at the largest |delta|, and the larger of both rates."""
+        speed = max(abs(before[0]), abs(after[0]))
+        turn = tan(steepest) if steepest < 0.5 * pi else inf
+        return [speed, 0.0, speed * turn / self.wheel_base, max(abs(before[1]), abs(after[1]))]
 
     def joint_velocity(self, q: Sequence[float], u: Sequence[float]) -> list[float]:
         """qd = (v cos theta, v sin theta, v tan(delta) / wheel_base, delta rate)."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf, nan
+from operator import mul
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import pybullet
+from pytest_lpb.problem.spatial.reach import reach_between
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.world import Body, World
 
@@ -53,7 +55,7 @@ class Pairs:
         self._first = first
         self._others = others
         self._margins = margins
-        self._names = names
+        self.names = names
         self.bounds: FloatArray = np.full(len(names), -inf)
 
     def forget(self) -> None:
@@ -69,11 +71,15 @@ class Pairs:
         while True:
             pair = int(bounds.argmin())
             if bounds[pair] >= least:
-                return (least, *self._names[found])
+                return (least, *self.names[found])
             distance = self._measure(pair, least)
             bounds[pair] = distance
             if distance < least:
                 least, found = distance, pair
+
+    def distance(self, pair: int, within: float) -> float:
+        """Distance of a pair [m], or a lower bound beyond `within` if it is larger; changes no bounds."""
+        return self._measure(pair, within)
 
     def _measure(self, pair: int, enough: float) -> float:
         """Distance of a pair [m], or a lower bound beyond `enough` if it is larger."""
@@ -123,6 +129,23 @@ class SpatialCollision:
         )
         self._own_first: NDArray[np.intp] = np.array([i for i, _ in pairs], dtype=np.intp)
         self._own_second: NDArray[np.intp] = np.array([j for _, j in pairs], dtype=np.intp)
+        self._own_reach = reach_between(robot, bodies, pairs)
+        self._largest: list[float] = self._reach.max(axis=0, initial=0.0).tolist()
+        self._largest_own: list[float] = self._own_reach.max(axis=0, initial=0.0).tolist()
+
+    def travels(self, change: FloatArray, obstacles: FloatArray) -> FloatArray:
+        """Bounds of how much the distance of each pair changes [m]: with obstacles, body by body, then own pairs.
+
+        Args:
+            change: how much each entry of q moves (dof,) [rad or m].
+            obstacles: how far each obstacle moves (n,) [m].
+        """
+        bodies = self._reach @ change
+        return np.concatenate([(bodies[:, None] + obstacles).ravel(), self._own_reach @ change])
+
+    def farthest(self, rates: Sequence[float]) -> tuple[float, float]:
+        """Bounds [m/s] of how fast any body moves, and any two of the robot's own close in, at rates (dof,) of q."""
+        return sum(map(mul, self._largest, rates)), sum(map(mul, self._largest_own, rates))
 
     def forget(self) -> None:
         """The robot was put somewhere else."""

@@ -35,21 +35,47 @@ def reach_of_joints(robot: SpatialRobot, bodies: Sequence[Carried]) -> FloatArra
     A revolute joint carries a point by no more than the length of the chain from its axis to the point; a prismatic one
     by its own motion.
     """
+    reach = np.zeros((len(bodies), robot.dof))
+    for row, levers in enumerate(_levers(robot, bodies)):
+        for source, lever in levers.values():
+            reach[row, source] += lever
+    return np.minimum(reach, UNBOUNDED_M)
+
+
+def reach_between(robot: SpatialRobot, bodies: Sequence[Carried], pairs: Sequence[tuple[int, int]]) -> FloatArray:
+    """Bounds (pairs, dof) of how much the distance between two bodies changes per unit of each entry of q [m].
+
+    Joints that carry both bodies do not change it.
+    """
+    all_levers = _levers(robot, bodies)
+    reach = np.zeros((len(pairs), robot.dof))
+    for row, (first, second) in enumerate(pairs):
+        one, other = all_levers[first], all_levers[second]
+        for name in one.keys() ^ other.keys():
+            source, lever = one[name] if name in one else other[name]
+            reach[row, source] += lever
+    return np.minimum(reach, UNBOUNDED_M)
+
+
+def _levers(robot: SpatialRobot, bodies: Sequence[Carried]) -> list[dict[str, tuple[int, float]]]:
+    """For each body, by the joints of the URDF that carry it: the entry of q that moves it, and its bound per unit."""
     above = {joint.child: joint for joint in robot.urdf.joints}
     planned, followers = driven_joints(robot)
     driven = {name: (source, 1.0) for name, source in planned}
     driven |= {name: (source, abs(multiplier)) for name, source, multiplier, _ in followers}
-    reach = np.zeros((len(bodies), robot.dof))
-    for row, body in enumerate(bodies):
+    found = []
+    for body in bodies:
+        levers: dict[str, tuple[int, float]] = {}
         length, link = body.radius, body.name
         while link in above:
             joint = above[link]
             if joint.name in driven:
                 source, multiplier = driven[joint.name]
-                reach[row, source] += multiplier * (1.0 if joint.kind == "prismatic" else length)
+                levers[joint.name] = source, multiplier * (1.0 if joint.kind == "prismatic" else length)
             length += float(np.linalg.norm(joint.origin[:3, 3])) + _slide(joint, robot)
             link = joint.parent
-    return np.minimum(reach, UNBOUNDED_M)
+        found.append(levers)
+    return found
 
 
 def _slide(joint: Joint, robot: SpatialRobot) -> float:

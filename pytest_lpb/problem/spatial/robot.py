@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 Frame = tuple[float, float, float, float, float, float, float]  # x, y, z [m], quaternion w, x, y, z
 
+STEERING = 3  # index in q of the steering angle of a base that has one
+
 Pairs = tuple[tuple[str, str], ...]
 _default_pairs: dict[str, tuple[Pairs, Pairs]] = {}  # by robot: pairs checked, pairs left out
 
@@ -168,6 +170,32 @@ class SpatialRobot(Robot):
         base_q, base_u = self.moving_base.integrate(q[:joints], u[:actions], action[:actions], dt)
         arm_q, arm_u = integrate_holonomic(self.control, q[joints:], u[actions:], action[actions:], dt)
         return base_q + arm_q, base_u + arm_u
+
+    @property
+    def steers(self) -> bool:
+        """Whether its base has a steering angle."""
+        return self._base_joints > STEERING
+
+    def peak_rates(self, q: Sequence[float], before: list[float], after: list[float], dt: float) -> list[float]:
+        """Bounds (dof,) of the rates of q during a step in which u changes linearly between two values.
+
+        Args:
+            q: at the end of the step (dof,).
+            before, after: values of u (n_actions,).
+            dt: length of the step [s].
+
+        With the bounds of `reach_of_joints` they bound the speed of every point of the robot. The speed of a base
+        stands at x, and zero at y.
+        """
+        joints, actions = self._base_joints, self._base_actions
+        if not joints:
+            return [max(abs(first), abs(last)) for first, last in zip(before, after, strict=True)]
+        steepest = 0.0
+        if self.steers:  # it comes from the angle before to that at the end
+            steepest = abs(q[STEERING]) + max(abs(before[actions - 1]), abs(after[actions - 1])) * dt
+        rates = self.moving_base.peak_rates(before[:actions], after[:actions], steepest)
+        arm = zip(before[actions:], after[actions:], strict=True)
+        return rates + [max(abs(first), abs(last)) for first, last in arm]
 
     @cached_property
     def body_names(self) -> tuple[str, ...]:
