@@ -113,7 +113,7 @@ class BulletEngine(StepBounds):
         assert isinstance(robot, SpatialRobot), f"{robot.name} is no spatial robot"
         self._robot = robot
         robot.self_collision_pairs  # noqa: B018 - finding them needs a world, which can then be this one
-        self._world = World(robot) if problem.dynamics else borrow_world(robot)
+        self._world = World(robot, simulated=True) if problem.dynamics else borrow_world(robot)
         self._motion: Motion = (DynamicMotion if problem.dynamics else KinematicMotion)(problem, robot, self._world)
         self.frames = LinkFrames(self._world)
         try:

@@ -23,6 +23,18 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
+AWAY = """
+from pytest_lpb import Planner
+
+
+class Away(Planner):
+    name = "away"
+
+    def compute_action(self, observation):
+        return 2.0 * (0.7 - observation["q"]) - 3.0 * observation["qd"]
+"""
+
+
 def blocks(page: str, language: str) -> list[str]:
     return [text for kind, text in BLOCK.findall((ROOT / page).read_text("utf-8")) if kind == language]
 
@@ -85,11 +97,7 @@ def test_script(page: str, repository: pytest.Pytester) -> None:
 
 def test_a_shape_and_a_type_of_sub_goal(repository: pytest.Pytester) -> None:
     (repository.path / "scenarios/disc.yaml").write_text(blocks("docs/extending.md", "yaml")[1], "utf-8")
-    repository.makeconftest(
-        f"{blocks('docs/extending.md', 'python')[2]}\n\n"
-        "from pytest_lpb import Planner\n\n\nclass Away(Planner):\n    name = 'away'\n\n"
-        "    def compute_action(self, observation):\n        return 2 * (0.7 - observation['q']) - 3 * observation['qd']\n"
-    )
+    repository.makeconftest(f"{blocks('docs/extending.md', 'python')[2]}\n\n{AWAY}")
     repository.runpytest_subprocess("--lpb-planners=away", "--lpb-trials=2").assert_outcomes(passed=2)
 
 
@@ -107,7 +115,7 @@ def test_robots_and_scenario_in_space_load(tmp_path: Path) -> None:
     scenario = load_scenario(path)
     check_feasible(scenario)
     assert len(draw_problem(scenario, 0, ("obstacles",)).obstacles) > 3
-    mobile = yaml.safe_load(blocks("docs/robots.md", "yaml")[1])
+    mobile = yaml.safe_load(next(text for text in blocks("docs/robots.md", "yaml") if "base_size" in text))
     description = SpatialDescription(Robot.model_validate(mobile["robot"]))
     assert description.structure.actions[:2] == ("v", "w")
     robot = robot_from(description.entry)

@@ -267,7 +267,7 @@ def check_built_in_planners(project: Project) -> None:
 def test_the_names_of_what_is_built_in() -> None:
     assert set(registries.ENGINES) == set(ENGINES)
     assert set(registries.ROBOTS) == {*ROBOT_MODELS, *GENERATED, *BUILT_IN}
-    assert {2: tuple(SHAPES), 3: tuple(BULLET_SHAPES)} == registries.SHAPES
+    assert {2: tuple(SHAPES), 3: (*BULLET_SHAPES, "mesh")} == registries.SHAPES
     assert {(dimension, name) for dimension in (2, 3) for name in registries.GOALS} == set(GOAL_TYPES)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from pytest_lpb.planner.base import FloatArray, Observation, ObstacleInfo
 from pytest_lpb.planner.scene.layout import FAR_M, Slot
 from pytest_lpb.planner.scene.shapes import MESH, TINY
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.rotations import matrix_of
 from pytest_lpb.symbolic.buffered import BufferedFunction
 
@@ -27,8 +28,7 @@ class Mesh:
 
     def __init__(self, told: ObstacleInfo) -> None:
         file = Path(told.file or "")
-        stat = file.stat()
-        self._tree, self._reach = _searchable(str(file), told.scale, told.concave, stat.st_mtime_ns, stat.st_size)
+        self._tree, self._reach = _searchable(str(file), told.scale, told.concave, file_digest(file))
 
     def nearest(self, centres: FloatArray, position: FloatArray, orientation: FloatArray) -> FloatArray:
         """Points (n, 3) [m] in the world that centres (n, 3) are as near to as they may be to the mesh at a pose."""
@@ -43,7 +43,7 @@ class Mesh:
 
 
 @lru_cache(maxsize=64)
-def _searchable(file: str, scale: float, concave: bool, _changed: int, _size: int) -> Any:
+def _searchable(file: str, scale: float, concave: bool, _digest: str) -> Any:
     from scipy.spatial import cKDTree  # late: few scenarios have meshes
 
     from pytest_lpb.problem.spatial.meshes import surface_sample

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-from functools import lru_cache
 from pathlib import Path
 
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.urdf_reader import load_urdf
 
 ASSETS = "assets"  # folder of a run that holds copies
-
-
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, in hexadecimal; a file that has not changed is read once."""
-    stat = path.stat()
-    return _digest(path, stat.st_mtime_ns, stat.st_size)
-
-
-@lru_cache(maxsize=1024)
-def _digest(path: Path, _changed: int, _size: int) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def asset_files(path: Path) -> tuple[Path, ...]:

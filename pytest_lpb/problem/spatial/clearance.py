@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.bodies import NO_LINK, Body
 from pytest_lpb.problem.spatial.client import pybullet
 from pytest_lpb.problem.spatial.reach import reach_between
 from pytest_lpb.problem.spatial.robot import SpatialRobot
-from pytest_lpb.problem.spatial.world import Body, World
+from pytest_lpb.problem.spatial.world import DISTANCE, World
 
 CONTACT_SLACK_M = 1e-6  # [m] depth from which bodies collide: the accuracy of distances
 NOTHING: Clearance = (nan, "", "")
@@ -28,7 +29,6 @@ NOTHING: Clearance = (nan, "", "")
 FARTHEST_M = 1e7  # [m] beyond all coordinates of scenarios
 AHEAD_M = 0.5  # [m] beyond the nearest up to which others are measured, so that they need no measuring for a while
 SLACK_M = 1e-9  # [m] by which bounds are lowered once more, for rounding
-DISTANCE = 8  # index of the distance in PyBullet's contact points
 
 
 class Pairs:
@@ -37,7 +37,7 @@ class Pairs:
     Args:
         world: where they are.
         first: bodies of the robot, one per pair.
-        others: PyBullet's (body, link) of the other side.
+        others: of the other side: bodies of the robot, or PyBullet's ids of obstacles.
         margins: [m] to add to the distance of each pair.
         names: of both sides.
     """
@@ -45,15 +45,20 @@ class Pairs:
     def __init__(
         self,
         world: World,
-        first: Sequence[int],
-        others: Sequence[tuple[int, int]],
+        first: Sequence[Body],
+        others: Sequence[Body | int],
         margins: Sequence[float],
         names: Sequence[tuple[str, str]],
     ) -> None:
         self._client = world.client.id
-        self._robot = world.robot
-        self._first = first
-        self._others = others
+        self._world = world
+        both = list(zip(first, others, strict=True))
+        self._first = [(one.id, one.link) for one in first]
+        self._others = [(other, NO_LINK) if isinstance(other, int) else (other.id, other.link) for other in others]
+        # Bodies that follow a link, to be put to their places before they are measured.
+        self._following = [
+            [body for body in pair if isinstance(body, Body) and body.carrier is not None] for pair in both
+        ]
         self._margins = margins
         self.names = names
         self.bounds: FloatArray = np.full(len(names), -inf)
@@ -83,12 +88,13 @@ class Pairs:
 
     def _measure(self, pair: int, enough: float) -> float:
         """Distance of a pair [m], or a lower bound beyond `enough` if it is larger."""
+        for following in self._following[pair]:
+            self._world.bring(following)
+        first, first_link = self._first[pair]
         body, link = self._others[pair]
         margin = self._margins[pair]
         within = min(max(enough, 0.0) + AHEAD_M, FARTHEST_M)
-        points = pybullet.getClosestPoints(
-            self._robot, body, within, self._first[pair], link, physicsClientId=self._client
-        )
+        points = pybullet.getClosestPoints(first, body, within, first_link, link, physicsClientId=self._client)
         if not points:
             return within
         if len(points) == 1:
@@ -113,8 +119,8 @@ class SpatialCollision:
         self._radii = np.array(world.obstacle_radii)
         self.obstacles = Pairs(
             world,
-            [body.link for body in bodies for _ in names],
-            [(obstacle, -1) for _ in bodies for obstacle in world.obstacles],
+            [body for body in bodies for _ in names],
+            [obstacle for _ in bodies for obstacle in world.obstacles],
             [body.margin + margin for body in bodies for margin in world.obstacle_margins],
             [(body.name, name) for body in bodies for name in names],
         )
@@ -122,8 +128,8 @@ class SpatialCollision:
         pairs = own_pairs(bodies, robot.self_collision_pairs)
         self.own = Pairs(
             world,
-            [bodies[i].link for i, _ in pairs],
-            [(world.robot, bodies[j].link) for _, j in pairs],
+            [bodies[i] for i, _ in pairs],
+            [bodies[j] for _, j in pairs],
             [bodies[i].margin + bodies[j].margin for i, j in pairs],
             [(bodies[i].name, bodies[j].name) for i, j in pairs],
         )

@@ -43,7 +43,10 @@ class Client:
 
     def set_up(self) -> None:
         """Settings that every client has, whatever is loaded into it."""
-        pybullet.setPhysicsEngineParameter(deterministicOverlappingPairs=1, physicsClientId=self.id)
+        # The cache of files belongs to the process and knows names only: an edited mesh would stay the old one.
+        pybullet.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self.id
+        )
 
     def call(self, name: str, *arguments: Any, **keywords: Any) -> Any:
         """Call one of PyBullet's functions in this world."""

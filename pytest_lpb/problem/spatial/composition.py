@@ -16,6 +16,7 @@ from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.hashing import canonical_json
 from pytest_lpb.problem.robot import ROBOT_MODELS, FloatArray
 from pytest_lpb.problem.spatial.base import BASES
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.generated import GENERATED, Sizes, base_body
 from pytest_lpb.problem.spatial.library import known_robots, library_robot
 from pytest_lpb.problem.spatial.rotations import matrix_of, normalised
@@ -80,7 +81,7 @@ def steering_of(entry: Mapping[str, Any]) -> tuple[str, ...]:
 def composed(entry: Mapping[str, Any]) -> Composition:
     """The composition of a robot's concrete entry; equal entries share one while their files do not change."""
     model = model_of(entry)
-    stamps = [] if model.path is None else [str(model.path), model.path.stat().st_mtime_ns]
+    stamps = [] if model.path is None else [str(model.path), file_digest(model.path)]
     key = {name: entry.get(name) for name in (*KEYS, "collision")} | {"stamps": stamps}
     return _composed(canonical_json(key), model if model.path is not None else None)
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.meshes import mesh_vertices
 from pytest_lpb.problem.spatial.urdf import Geometry, UrdfModel
 
@@ -42,7 +43,7 @@ def covering_balls(shape: Geometry, excess: float, most: int) -> tuple[Ball, ...
         most: the largest number of balls. Where even that many reach farther than `excess`, the fewest balls that
             are about as good.
     """
-    return _balls(shape, excess, most, () if shape.file is None else _stamp(shape.file))
+    return _balls(shape, excess, most, "" if shape.file is None else file_digest(shape.file))
 
 
 def link_balls(robot: SpatialRobot, excess: float, most: int) -> dict[str, tuple[Ball, ...]]:
@@ -51,15 +52,7 @@ def link_balls(robot: SpatialRobot, excess: float, most: int) -> dict[str, tuple
     Found once per robot and process; the dictionary is shared, so callers must not change it.
     """
     model, names = robot.urdf, robot.body_names
-    return _link_balls(model, names, excess, most, tuple(map(_stamp, _files(model, names))))
-
-
-Stamp = tuple[int, ...]  # of a file, another one after each change
-
-
-def _stamp(file: Path) -> Stamp:
-    stat = file.stat()
-    return stat.st_mtime_ns, stat.st_size
+    return _link_balls(model, names, excess, most, tuple(map(file_digest, _files(model, names))))
 
 
 @lru_cache(maxsize=64)
@@ -71,7 +64,7 @@ def _files(model: UrdfModel, names: tuple[str, ...]) -> tuple[Path, ...]:
 # Robots of equal entries share a model; those that differ in their base or control share the shapes of their links.
 @lru_cache(maxsize=64)
 def _link_balls(
-    model: UrdfModel, names: tuple[str, ...], excess: float, most: int, _changed: tuple[Stamp, ...]
+    model: UrdfModel, names: tuple[str, ...], excess: float, most: int, _digests: tuple[str, ...]
 ) -> dict[str, tuple[Ball, ...]]:
     return {
         name: tuple(ball for shape in model.link(name).collisions for ball in covering_balls(shape, excess, most))
@@ -80,7 +73,7 @@ def _link_balls(
 
 
 @lru_cache(maxsize=1024)
-def _balls(shape: Geometry, excess: float, most: int, _changed: Stamp) -> tuple[Ball, ...]:
+def _balls(shape: Geometry, excess: float, most: int, _digest: str) -> tuple[Ball, ...]:
     return _KINDS[shape.kind](shape, excess, most)
 
 

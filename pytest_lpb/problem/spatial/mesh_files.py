@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 
-from pytest_lpb.bounded import read_bounded, regular_file
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.allowed import project_of, refusal
+from pytest_lpb.problem.spatial.content import bounded_digest
 from pytest_lpb.problem.spatial.library import is_installed
 from pytest_lpb.problem.spatial.mesh_limits import (
     MAX_MATERIAL_BYTES,
@@ -38,7 +39,7 @@ _CHECKS: dict[str, Callable[[bytes, Path], None]] = {
 
 
 def check_mesh(path: Path) -> None:
-    """Check a mesh file and what it names; one that has not changed is checked once.
+    """Check a mesh file and what it names; equal files are checked once.
 
     Meshes of installed packages that robots known by name come with are not checked.
 
@@ -47,8 +48,9 @@ def check_mesh(path: Path) -> None:
     """
     if is_installed(path):
         return
-    stat = regular_file(path, ScenarioError)
-    _checked(path, Path.cwd(), stat.st_mtime_ns, stat.st_size)
+    for line, material in _checked(path, bounded_digest(path, MAX_MESH_BYTES)):
+        for file in _named(material, path, line):
+            _check_material(file)
 
 
 def is_sound(path: Path) -> bool:
@@ -63,26 +65,32 @@ def is_sound(path: Path) -> bool:
 
 
 @lru_cache(maxsize=1024)
-def _checked(path: Path, _working: Path, _changed: int, _size: int) -> None:
+def _checked(path: Path, _digest: str) -> tuple[tuple[int, str], ...]:
+    """Lines and names of the materials that a sound mesh names."""
     content = read_bounded(path, MAX_MESH_BYTES, ScenarioError)
     check = _CHECKS.get(path.suffix.lower())
     if check is None:
-        return
+        return ()
     if not content:
         raise ScenarioError(f"{path}: has no triangles: the file is empty")
     check(content, path)
-    if path.suffix.lower() == ".obj":
-        for line, material in materials_of(content):
-            for file in _named(material, path, line):
-                _check_material(file)
+    return tuple(materials_of(content)) if path.suffix.lower() == ".obj" else ()
 
 
 def _check_material(path: Path) -> None:
-    content = read_bounded(path, MAX_MATERIAL_BYTES, ScenarioError)
-    for line, texture in textures_of(content, path):
+    for line, texture in _textures(path, bounded_digest(path, MAX_MATERIAL_BYTES)):
         for file in _named(texture, path, line):
-            read_bounded(file, MAX_TEXTURE_BYTES, ScenarioError)
-            check_texture(file)
+            _check_texture(file, bounded_digest(file, MAX_TEXTURE_BYTES))
+
+
+@lru_cache(maxsize=1024)
+def _textures(path: Path, _digest: str) -> tuple[tuple[int, str], ...]:
+    return tuple(textures_of(read_bounded(path, MAX_MATERIAL_BYTES, ScenarioError), path))
+
+
+@lru_cache(maxsize=1024)
+def _check_texture(path: Path, _digest: str) -> None:
+    check_texture(path)
 
 
 def _named(name: str, by: Path, line: int) -> Iterator[Path]:

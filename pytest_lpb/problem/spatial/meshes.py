@@ -13,6 +13,7 @@ import numpy as np
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.loadable_meshes import loadable
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
@@ -27,12 +28,11 @@ Capsule = tuple[float, ...]  # ax, ay, az, bx, by, bz, radius [m]
 def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
     """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for one that PyBullet cannot read."""
     check_mesh(path)
-    stat = path.stat()
-    return _vertices(path, scale, stat.st_mtime_ns, stat.st_size)
+    return _vertices(path, scale, file_digest(path))
 
 
 @lru_cache(maxsize=256)
-def _vertices(path: Path, scale: tuple[float, float, float], _changed: int, _size: int) -> FloatArray:
+def _vertices(path: Path, scale: tuple[float, float, float], _digest: str) -> FloatArray:
     # As a robot's link: PyBullet reads more kinds of files for robots than for bodies made by hand.
     with tempfile.TemporaryDirectory() as folder:
         link = Link("mesh", (Geometry("mesh", scale, file=loadable(path, Path(folder))),))

@@ -25,6 +25,7 @@ _VERTEX, _FACE = (re.compile(rb"^[ \t]*%s[ \t]+([^\r\n]*)" % kind, re.MULTILINE)
 _CORNER = rb"-?\d{1,9}(?:/-?\d{0,9}){0,2}"
 _CORNERS = re.compile(rb"(?:(?:[ \t]*%s(?=[ \t\n])){2,}[ \t]*\n)*" % _CORNER)
 _BEHIND = re.compile(rb"/[^ \t\n]*")  # of a corner: texture and normal, whose numbers PyBullet checks itself
+_OBJECT = re.compile(rb"^[ \t]*[og][ \t]+[^\s]", re.MULTILINE)
 _MATERIALS = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]*)", re.MULTILINE)
 _TEXTURES = re.compile(rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+([^\r\n]*)", re.MULTILINE)
 
@@ -46,6 +47,21 @@ def check_wavefront(content: bytes, path: Path) -> None:
     if wrong.any():
         corner = int(np.argmax(wrong))
         raise _fault(faces[rows[corner]], path, f"names vertex {indices[corner]} of {before[corner]} before this line")
+
+
+def objects_of(content: bytes) -> list[NDArray[np.float64]]:
+    """Vertices (n, 3) that the triangles of each named object or group of a sound OBJ use, as PyBullet parts them."""
+    vertices, faces = list(_VERTEX.finditer(content)), list(_FACE.finditer(content))
+    rows = [match.group(1).split(None, 3)[:3] for match in vertices]
+    points = np.array(rows, dtype=float).reshape(-1, 3)
+    corners = np.array([len(match.group(1).split()) for match in faces], dtype=np.intp)
+    defined, used = (np.array([match.start() for match in matches]) for matches in (vertices, faces))
+    begun = np.array([match.start() for match in _OBJECT.finditer(content)])
+    owner = np.repeat(np.where(corners > 2, np.searchsorted(begun, used), -1), corners)
+    before = np.repeat(np.searchsorted(defined, used), corners)
+    indices = _indices(faces)
+    indices = np.where(indices > 0, indices - 1, before + indices)
+    return [points[np.unique(indices[owner == part])] for part in range(len(begun) + 1) if (owner == part).any()]
 
 
 def materials_of(content: bytes) -> Iterator[tuple[int, str]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import deque
 from threading import Lock
 
+from pytest_lpb.problem.spatial.content import file_digest
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.world import World
 
@@ -48,4 +49,6 @@ def close_idle_worlds() -> None:
 
 def _key(robot: SpatialRobot) -> tuple[object, ...]:
     # The model itself, compared by identity: equal entries share it. A world's bounds of motion follow the limits.
-    return (robot.urdf, tuple(sorted(robot.locked.items())), robot.limits.position.tobytes())
+    files = (shape.file for link in robot.urdf.links for shape in link.collisions if shape.file is not None)
+    digests = tuple(file_digest(file) for file in dict.fromkeys(files))
+    return (robot.urdf, tuple(sorted(robot.locked.items())), robot.limits.position.tobytes(), digests)

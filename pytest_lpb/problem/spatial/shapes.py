@@ -9,8 +9,7 @@ concave meshes have none.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, sqrt
 from pathlib import Path
@@ -19,8 +18,11 @@ from typing import Any
 import numpy as np
 
 from pytest_lpb.errors import ScenarioError
-from pytest_lpb.problem.registries import registered_vertices
+from pytest_lpb.problem.registries import FloatArray, registered_vertices
+from pytest_lpb.problem.spatial.bullet_files import MARGIN_M, create_hulls
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.content import file_digest
+from pytest_lpb.problem.spatial.hulls import mesh_hulls
 from pytest_lpb.problem.spatial.loadable_meshes import loadable
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 
@@ -34,12 +36,12 @@ class BulletShape:
     Attributes:
         keywords: of `createCollisionShape`, with the margin.
         margin: [m] to add to distances.
-        radius: [m] of a ball around the shape's origin that holds it; None: to be asked of PyBullet.
+        radius: [m] of a sphere around the shape's origin that holds it.
     """
 
     keywords: Mapping[str, Any]
     margin: float
-    radius: float | None
+    radius: float
 
 
 def _sphere(entry: Mapping[str, Any]) -> BulletShape:
@@ -68,78 +70,75 @@ def _capsule(entry: Mapping[str, Any]) -> BulletShape:
     return BulletShape(kind | {"height": length}, 0.0, radius + 0.5 * length)
 
 
-def _mesh(entry: Mapping[str, Any]) -> BulletShape:
-    concave = bool(entry.get("concave"))
-    keywords = {
-        "shapeType": pybullet.GEOM_MESH,
-        "fileName": str(entry["file"]),
-        "meshScale": [entry.get("scale", 1.0)] * 3,
-    }
-    flags = {"flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH} if concave else {}
-    return BulletShape(keywords | flags, 0.0 if concave else HULL_MARGIN_M, None)
-
-
-def _registered(entry: Mapping[str, Any]) -> BulletShape:
-    vertices = registered_vertices(entry)
-    keywords = {"shapeType": pybullet.GEOM_MESH, "vertices": vertices.tolist()}
-    return BulletShape(keywords, HULL_MARGIN_M, float(np.linalg.norm(vertices, axis=1).max()))
-
-
 # A new shape of obstacles in space is one entry here (and its class in the schema).
 BULLET_SHAPES: dict[str, Callable[[Mapping[str, Any]], BulletShape]] = {
     "sphere": _sphere,
     "box": _box,
     "cylinder": _cylinder,
     "capsule": _capsule,
-    "mesh": _mesh,
 }
-
-# Kinds of a robot's collision geometry whose distances carry no margin.
-EXACT_GEOMETRIES = frozenset({"sphere", "capsule"})
 
 
 def shape_key(entry: Mapping[str, Any]) -> tuple[Any, ...]:
-    """What a body is made of, wherever it lies: equal keys, equal shapes."""
+    """What a body is made of, wherever it lies: equal keys, equal shapes. Raises OSError for a file that is gone."""
     file = entry.get("file")
-    stat = Path(file).stat() if file else None
     size = entry.get("size")
     return (
         entry["shape"],
         entry.get("radius"),
         tuple(size) if size else None,
         entry.get("length"),
-        *(() if entry["shape"] in BULLET_SHAPES else (registered_vertices(entry).tobytes(),)),
-        *((str(file), stat.st_mtime_ns, stat.st_size, entry.get("scale"), entry.get("concave")) if stat else ()),
+        *(() if entry["shape"] in (*BULLET_SHAPES, "mesh") else (registered_vertices(entry).tobytes(),)),
+        *((file_digest(Path(file)), str(file), entry.get("scale"), entry.get("concave")) if file else ()),
     )
 
 
 def create_body(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
-    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a ball that holds it.
+    """Create an obstacle's body at the origin: its PyBullet id, margin [m], and radius [m] of a sphere that holds it.
 
     Raises ScenarioError for a mesh that cannot be read.
     """
-    if entry.get("file"):
+    if entry["shape"] == "mesh":
         check_mesh(Path(entry["file"]))
-    shape = BULLET_SHAPES.get(entry["shape"], _registered)(entry)
+        return (_create_surface if entry.get("concave") else _create_hulls)(client, entry)
+    if entry["shape"] not in BULLET_SHAPES:
+        return _hulls_as_body(client, [registered_vertices(entry)])
+    shape = BULLET_SHAPES[entry["shape"]](entry)
+    collision = client.call("createCollisionShape", **shape.keywords)
+    return _create_still(client, collision), shape.margin, shape.radius
+
+
+def _create_hulls(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
+    """A mesh's convex hull, or the hull of each of its objects."""
+    return _hulls_as_body(client, mesh_hulls(Path(entry["file"]), (entry.get("scale", 1.0),) * 3))
+
+
+def _hulls_as_body(client: Client, hulls: Sequence[FloatArray]) -> tuple[int, float, float]:
+    radius = max(float(np.linalg.norm(hull, axis=1).max()) for hull in hulls)
+    return create_hulls(client, hulls), MARGIN_M, radius
+
+
+def _create_surface(client: Client, entry: Mapping[str, Any]) -> tuple[int, float, float]:
+    """A mesh's triangles."""
     try:
-        with ExitStack() as stack:
-            keywords = dict(shape.keywords)
-            if "fileName" in keywords:
-                folder = stack.enter_context(tempfile.TemporaryDirectory())
-                keywords["fileName"] = str(loadable(Path(keywords["fileName"]), Path(folder)))
-            collision = client.call("createCollisionShape", **keywords)
+        with tempfile.TemporaryDirectory() as folder:
+            collision = client.call(
+                "createCollisionShape",
+                shapeType=pybullet.GEOM_MESH,
+                fileName=str(loadable(Path(entry["file"]), Path(folder))),
+                meshScale=[entry.get("scale", 1.0)] * 3,
+                flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
+            )
     except pybullet.error:
         raise ScenarioError(
-            f"obstacle {entry['name']!r}: PyBullet cannot read {entry.get('file', entry['shape'])}; "
+            f"obstacle {entry['name']!r}: PyBullet cannot read {entry['file']}; "
             "meshes are .obj or .stl files of triangles"
         ) from None
+    body = _create_still(client, collision)
+    lower, upper = client.call("getAABB", body)
+    return body, 0.0, sqrt(sum(max(abs(low), abs(high)) ** 2 for low, high in zip(lower, upper, strict=True)))
+
+
+def _create_still(client: Client, collision: int) -> int:
     body: int = client.call("createMultiBody", baseMass=0, baseCollisionShapeIndex=collision)
-    radius = shape.radius
-    if radius is None:
-        radius = farthest_corner(client.call("getAABB", body), (0.0, 0.0, 0.0))
-    return body, shape.margin, radius
-
-
-def farthest_corner(box: tuple[tuple[float, ...], tuple[float, ...]], point: tuple[float, ...]) -> float:
-    """Distance [m] of a point to the farthest corner of an axis-aligned box (lower, upper)."""
-    return sqrt(sum(max(abs(low - x), abs(high - x)) ** 2 for low, high, x in zip(box[0], box[1], point, strict=True)))
+    return body

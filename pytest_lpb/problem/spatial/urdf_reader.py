@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pytest_lpb.bounded import read_bounded, regular_file
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.motion.directions import LONGEST, rescaled
 from pytest_lpb.names import listed, suggestion
 from pytest_lpb.problem.allowed import allowed_by_user, project_of, refusal
 from pytest_lpb.problem.packages import SCHEME, PackageFinder, environment
 from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.content import bounded_digest
 from pytest_lpb.problem.spatial.mesh_limits import MESH_SUFFIXES
 from pytest_lpb.problem.spatial.rotations import matrix_of, matrix_of_rpy, normalised
 from pytest_lpb.problem.spatial.urdf import Geometry, Inertial, Joint, Link, UrdfModel
@@ -44,8 +45,7 @@ def load_urdf(path: Path) -> UrdfModel:
     that cannot be simulated, several roots or a loop.
     """
     path = Path(path).absolute()
-    stat = regular_file(path, ScenarioError)
-    key = (path, stat.st_mtime_ns, stat.st_size, environment(), allowed_by_user())
+    key = (path, bounded_digest(path, MAX_URDF_BYTES), environment(), allowed_by_user())
     model = _load(*key)
     if any(_found_now(name, path) for name in model.absent):
         _load.cache_clear()
@@ -54,7 +54,7 @@ def load_urdf(path: Path) -> UrdfModel:
 
 
 @lru_cache(maxsize=64)
-def _load(path: Path, _changed: int, _size: int, _packages: object, _allowed: object) -> UrdfModel:
+def _load(path: Path, _digest: str, _packages: object, _allowed: object) -> UrdfModel:
     return _Reader(path).model()
 
 

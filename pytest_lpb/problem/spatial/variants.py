@@ -1,4 +1,4 @@
-"""URDF models changed for PyBullet: locked joints made fixed, one collision shape per link."""
+"""URDF models changed for PyBullet: locked joints made fixed."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from pytest_lpb.problem.spatial.robot import SpatialRobot
-from pytest_lpb.problem.spatial.urdf import Joint, Link, UrdfModel
+from pytest_lpb.problem.spatial.urdf import UrdfModel
 from pytest_lpb.problem.spatial.urdf_limits import fixed_at
-
-PART = "#"  # in the names of links made for further shapes of a link: `hand#1`
 
 
 def with_locked_joints(model: UrdfModel, locked: Mapping[str, float]) -> UrdfModel:
@@ -36,29 +34,3 @@ def driven_joints(robot: SpatialRobot) -> tuple[list[tuple[str, int]], list[tupl
     return planned, [
         (name, index[source], multiplier, offset) for name, source, multiplier, offset in mimics if source in index
     ]
-
-
-def one_shape_per_link(model: UrdfModel) -> tuple[UrdfModel, dict[str, str]]:
-    """The model with further collision shapes of a link moved to links of their own, and which link each belongs to.
-
-    Bullet measures a link as a whole, and shapes of one link may have different margins.
-    """
-    links: list[Link] = []
-    joints: list[Joint] = []
-    owners: dict[str, str] = {}
-    by_child = {joint.child: joint for joint in model.joints}
-    for link in model.links:
-        links.append(replace(link, collisions=link.collisions[:1]))
-        if link.name in by_child:
-            joints.append(by_child[link.name])
-        owners[link.name] = link.name
-        for index, geometry in enumerate(link.collisions[1:], start=1):
-            part = f"{link.name}{PART}{index}"
-            links.append(Link(name=part, collisions=(geometry,), visuals=(), inertial=None))
-            joints.append(_welded(part, link.name))
-            owners[part] = link.name
-    return replace(model, links=tuple(links), joints=tuple(joints)), owners
-
-
-def _welded(child: str, parent: str) -> Joint:
-    return Joint(f"{child}_joint", "fixed", parent, child)

@@ -6,39 +6,31 @@ A world is only geometry: nothing is simulated in it unless an engine steps it.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.obstacle import Obstacle
+from pytest_lpb.problem.robot import FloatArray
+from pytest_lpb.problem.spatial.bodies import NO_LINK, Body, create_part
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.layout import Layout, layout_of
 from pytest_lpb.problem.spatial.loadable_meshes import loadable_model
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.reach import reach_of_joints
 from pytest_lpb.problem.spatial.robot import Frame, SpatialRobot
-from pytest_lpb.problem.spatial.rotations import multiply, rotate
-from pytest_lpb.problem.spatial.shapes import (
-    EXACT_GEOMETRIES,
-    HULL_MARGIN_M,
-    create_body,
-    farthest_corner,
-    shape_key,
-)
+from pytest_lpb.problem.spatial.rotations import from_matrix, multiply, rotate
+from pytest_lpb.problem.spatial.shapes import HULL_MARGIN_M, create_body, shape_key
 from pytest_lpb.problem.spatial.urdf_writer import urdf_text
-from pytest_lpb.problem.spatial.variants import driven_joints, one_shape_per_link, with_locked_joints
+from pytest_lpb.problem.spatial.variants import driven_joints
 
-LOAD_FLAGS = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_IGNORE_VISUAL_SHAPES
+DISTANCE = 8  # index of the distance in PyBullet's contact points
 
-
-@dataclass(frozen=True)
-class Body:
-    """A part of the robot whose distance is measured: one shape."""
-
-    name: str  # of the robot's link
-    link: int  # PyBullet's index
-    margin: float  # [m] to add to distances
-    radius: float  # [m] of a ball around the link's frame that holds the shape
+LOAD_FLAGS = (
+    pybullet.URDF_USE_INERTIA_FROM_FILE
+    | pybullet.URDF_IGNORE_VISUAL_SHAPES
+    | pybullet.URDF_USE_IMPLICIT_CYLINDER  # else cylinders are prisms of 32 sides
+)
 
 
 class World:
@@ -54,40 +46,46 @@ class World:
 
     Args:
         robot: what is loaded; robots of the same `urdf` and locked joints can share a world one after the other.
+        simulated: whether forces will move the robot: all of its shapes are on its links then.
 
     Raises ScenarioError when PyBullet cannot load the robot.
     """
 
-    def __init__(self, robot: SpatialRobot) -> None:
+    def __init__(self, robot: SpatialRobot, *, simulated: bool = False) -> None:
+        layout = layout_of(robot, simulated=simulated)
         self.client = Client()
         self.obstacles: list[int] = []
         self.obstacle_margins: list[float] = []
         self.obstacle_radii: list[float] = []
         self._keys: list[tuple[object, ...]] = []
-        self.robot = self._load(robot)
-        self._index_links(robot)
+        self._simulated = simulated
+        self._moves = 0
+        self._model = layout.model
+        try:
+            self.robot = self._load(robot)
+            self._index(robot, layout)
+        except ScenarioError:
+            self.client.close()
+            raise
 
     def _load(self, robot: SpatialRobot) -> int:
-        model, self._owners = one_shape_per_link(with_locked_joints(robot.urdf, robot.locked))
-        self._model = model
-        for link in model.links:
-            for shape in link.collisions:
-                if shape.file is not None:
-                    check_mesh(shape.file)
+        files = {shape.file for link in self._model.links for shape in link.collisions if shape.file is not None}
+        for mesh in sorted(files):
+            check_mesh(mesh)
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "robot.urdf"
-            file.write_text(urdf_text(loadable_model(model, file.parent), margin=HULL_MARGIN_M), encoding="utf-8")
+            model = loadable_model(self._model, file.parent)
+            file.write_text(urdf_text(model, margin=HULL_MARGIN_M), encoding="utf-8")
             try:
                 body: int = self.client.call("loadURDF", str(file), useFixedBase=True, flags=LOAD_FLAGS)
             except pybullet.error:
-                self.client.close()
                 raise ScenarioError(
                     f"PyBullet cannot load the robot {robot.name!r}; see whether its collision meshes are .obj, .stl "
                     "or .dae files that PyBullet reads"
                 ) from None
         return body
 
-    def _index_links(self, robot: SpatialRobot) -> None:
+    def _index(self, robot: SpatialRobot, layout: Layout) -> None:
         call, body = self.client.call, self.robot
         links: dict[str, int] = {}
         joints: dict[str, int] = {}
@@ -96,38 +94,32 @@ class World:
             joints[information[1].decode()] = index
             links[information[12].decode()] = index
             call("changeDynamics", body, index, linearDamping=0.0, angularDamping=0.0)
-        self.links = [links[name] for name in robot.link_names]
+        places = [layout.places[name] for name in robot.link_names]
+        self._links = [
+            (links[host], None if host == name else pose)
+            for name, (host, pose) in zip(robot.link_names, places, strict=True)
+        ]
         planned, followers = driven_joints(robot)
         self.planned = [(joints[name], source) for name, source in planned]
         self.followers = [(joints[name], source, multiplier, offset) for name, source, multiplier, offset in followers]
         self._joints = [joint for joint, *_ in (*self.planned, *self.followers)]
-        self.bodies = [
-            Body(
-                self._owners[link.name],
-                links[link.name],
-                0.0 if link.collisions[0].kind in EXACT_GEOMETRIES else HULL_MARGIN_M,
-                farthest_corner(
-                    call("getAABB", body, links[link.name]), call("getLinkState", body, links[link.name])[4]
-                ),
-            )
-            for link in self._model.links
-            if link.collisions
-        ]
-        self._check_bodies()
+        if self._simulated:
+            self._check_meshes(links)
+        self.bodies = [create_part(self.client, body, part, links[part.host]) for part in layout.parts]
+        for part in self.bodies:
+            if self._simulated and part.carrier is not None:
+                call("setCollisionFilterGroupMask", part.id, NO_LINK, 0, 0)  # measured, but in nobody's way
         self.reach = reach_of_joints(robot, self.bodies)
 
-    def _check_bodies(self) -> None:
+    def _check_meshes(self, links: Mapping[str, int]) -> None:
         """PyBullet loads a robot with a mesh that it cannot read, as a point. Raises ScenarioError then."""
-        shapes = {link.name: link.collisions[0] for link in self._model.links if link.collisions}
-        for body, shape in zip(self.bodies, shapes.values(), strict=True):
-            present = self.client.call("getCollisionShapeData", self.robot, body.link)
-            if present and (shape.file is None or self.client.call("getMeshData", self.robot, body.link)[0]):
-                continue
-            self.client.close()
-            raise ScenarioError(
-                f"PyBullet cannot read {shape.file or shape.kind}, the collision geometry of link {body.name!r}; "
-                "meshes are .obj, .stl or .dae files of triangles"
-            )
+        for link in self._model.links:
+            for shape in link.collisions:
+                if shape.file is not None and not self.client.call("getMeshData", self.robot, links[link.name])[0]:
+                    raise ScenarioError(
+                        f"PyBullet cannot read {shape.file}, the collision geometry of link {link.name!r}; "
+                        "meshes are .obj, .stl or .dae files of triangles"
+                    )
 
     def set_q(self, q: Sequence[float]) -> None:
         """Put the robot's joints into positions (dof,), at rest."""
@@ -135,15 +127,26 @@ class World:
         if self.followers:
             positions += [[multiplier * q[source] + offset] for _, source, multiplier, offset in self.followers]
         pybullet.resetJointStatesMultiDof(self.robot, self._joints, positions, physicsClientId=self.client.id)
+        self._moves += 1
+
+    def bring(self, body: Body) -> None:
+        """Put a body of its own where the link that carries it is."""
+        if body.carrier is None or (body.move == self._moves and not self._simulated):
+            return
+        state = pybullet.getLinkState(self.robot, body.carrier, physicsClientId=self.client.id)
+        pybullet.resetBasePositionAndOrientation(body.id, state[0], state[1], physicsClientId=self.client.id)
+        body.move = self._moves
 
     def frame(self, link: int) -> Frame:
         """Frame of a link, by its index in the robot's `link_names`, in the world."""
         # PyBullet rounds the frame it gives to single precision, but not the pose of the centre of mass.
-        state = pybullet.getLinkState(self.robot, self.links[link], physicsClientId=self.client.id)
+        index, pose = self._links[link]
+        state = pybullet.getLinkState(self.robot, index, physicsClientId=self.client.id)
         position, (x, y, z, w), offset, (ix, iy, iz, iw) = state[:4]
         turn = multiply((w, x, y, z), (iw, -ix, -iy, -iz))
         dx, dy, dz = rotate(turn, offset)
-        return (position[0] - dx, position[1] - dy, position[2] - dz, *turn)
+        frame = (position[0] - dx, position[1] - dy, position[2] - dz, *turn)
+        return frame if pose is None else _placed(pose, frame)
 
     def joint_efforts(self) -> list[float]:
         """Largest forces or torques of the planned joints, as the URDF has them [N or N m]; inf or 0: none given."""
@@ -154,13 +157,18 @@ class World:
     def overlap(self, first: str, second: str) -> bool:
         """Whether the collision geometry of two of the robot's links overlaps."""
         return any(
-            point[8] + one.margin + other.margin < 0.0
+            self._overlap(one, other)
             for one in self.bodies
             if one.name == first
             for other in self.bodies
             if other.name == second
-            for point in self.client.call("getClosestPoints", self.robot, self.robot, 0.0, one.link, other.link)
         )
+
+    def _overlap(self, one: Body, other: Body) -> bool:
+        self.bring(one)
+        self.bring(other)
+        points = self.client.call("getClosestPoints", one.id, other.id, 0.0, one.link, other.link)
+        return any(point[DISTANCE] + one.margin + other.margin < 0.0 for point in points)
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Have these obstacles, at the origin; bodies that are there already are kept."""
@@ -189,3 +197,10 @@ class World:
     def close(self) -> None:
         """Free the client."""
         self.client.close()
+
+
+def _placed(pose: FloatArray, frame: Frame) -> Frame:
+    """The frame of a pose (4, 4) in a frame."""
+    x, y, z, *turn = frame
+    dx, dy, dz = rotate(turn, pose[:3, 3].tolist())
+    return (x + dx, y + dy, z + dz, *multiply(turn, from_matrix(pose[:3, :3])))
