@@ -18,8 +18,7 @@ from pytest_lpb.environment.picture import RealTime
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
-from pytest_lpb.problem.planar.shapes import planar_shape
-from pytest_lpb.problem.planar.shapes import outline_of
+from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.shown import literal
