@@ -169,6 +169,6 @@ def _touched(trajectory: Trajectory) -> str | None:
     names = trajectory.columns.get("clearance_obstacle")
     if trajectory.outcome != "collision" or names is None:
         return None
-    if not np.isfinite(trajectory.step_clearance).any():
-        return None
-    return str(names[int(np.nanargmin(trajectory.step_clearance))])
+    clearance = trajectory.step_clearance
+    touching = np.flatnonzero(clearance <= 0.0)
+    return str(names[touching[0]]) if len(touching) else None
