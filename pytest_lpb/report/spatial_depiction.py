@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.spatial.robot import SpatialRobot
-from pytest_lpb.problem.spatial.solids import Solid, geometry_of, pose_from, solid_of
+from pytest_lpb.problem.spatial.solids import Solid, geometry_of, pose_from, solid_of, solids_of
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.depiction import Sheet
 from pytest_lpb.report.projection import Disc, Outline, Projection, convex_hull, corners_of
@@ -89,7 +89,7 @@ def _silhouettes(trajectory: Trajectory, row: int, projection: Projection) -> It
     for frame, name in zip(frames, robot.link_names, strict=True):
         for shape in robot.urdf.link(name).collisions:
             try:
-                yield silhouette(solid_of(shape).placed(frame), projection)
+                yield from (silhouette(solid.placed(frame), projection) for solid in solids_of(shape))
             except (ScenarioError, OSError):
                 continue
 

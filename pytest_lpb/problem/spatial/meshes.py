@@ -9,12 +9,14 @@ from math import hypot, sqrt
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.client import Client, pybullet
 from pytest_lpb.problem.spatial.content import file_digest
-from pytest_lpb.problem.spatial.loadable_meshes import loadable
+from pytest_lpb.problem.spatial.hulls import mesh_hulls
+from pytest_lpb.problem.spatial.loadable_meshes import loadable_hulls
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
 from pytest_lpb.problem.spatial.triangles import mesh_triangles
 from pytest_lpb.problem.spatial.urdf import Geometry, Link, UrdfModel
@@ -26,7 +28,10 @@ Capsule = tuple[float, ...]  # ax, ay, az, bx, by, bz, radius [m]
 
 
 def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
-    """Vertices (n, 3) [m] of a mesh file's convex hull. Raises ScenarioError for one that PyBullet cannot read."""
+    """Vertices (n, 3) [m] of all convex hulls of a mesh file, laid on PyBullet's grid.
+
+    Raises ScenarioError for a file that PyBullet cannot read.
+    """
     check_mesh(path)
     return _vertices(path, scale, file_digest(path))
 
@@ -35,7 +40,7 @@ def mesh_vertices(path: Path, scale: tuple[float, float, float]) -> FloatArray:
 def _vertices(path: Path, scale: tuple[float, float, float], _digest: str) -> FloatArray:
     # As a robot's link: PyBullet reads more kinds of files for robots than for bodies made by hand.
     with tempfile.TemporaryDirectory() as folder:
-        link = Link("mesh", (Geometry("mesh", scale, file=loadable(path, Path(folder))),))
+        link = Link("mesh", (Geometry("mesh", scale, file=loadable_hulls(path, Path(folder))),))
         file = Path(folder) / "mesh.urdf"
         file.write_text(urdf_text(UrdfModel("mesh", (link,), ())), encoding="utf-8")
         client = Client()
@@ -117,7 +122,7 @@ def capsule_of(shape: Geometry) -> Capsule:
 
 
 def surface_points(file: str, scale: float, spacing: float, *, concave: bool) -> FloatArray:
-    """Points (n, 3) [m] on a mesh, or on its convex hull, no farther than `spacing` [m] from their neighbours."""
+    """Points (n, 3) [m] on a mesh, or on its convex hulls, no farther than `spacing` [m] from their neighbours."""
     return surface_sample(file, scale, spacing, concave=concave)[0]
 
 
@@ -141,8 +146,16 @@ def surface_sample(file: str, scale: float, spacing: float, *, concave: bool) ->
 
 
 def _hull_triangles(path: Path, scale: float) -> FloatArray:
-    from scipy.spatial import ConvexHull  # late: it takes a third of a second
+    return np.concatenate([hull[_faces(hull)] for hull in mesh_hulls(path, (scale, scale, scale))])
 
-    vertices = mesh_vertices(path, (scale, scale, scale))
-    triangles: FloatArray = vertices[ConvexHull(vertices).simplices]
+
+def _faces(points: FloatArray) -> NDArray[np.intp]:
+    """Triangles (n, 3) of the convex hull of points, as their indices."""
+    from scipy.spatial import ConvexHull, QhullError  # late: it takes a third of a second
+
+    try:
+        found = ConvexHull(points)
+    except QhullError:  # flat: moved apart by rounding errors
+        found = ConvexHull(points, qhull_options="QJ")
+    triangles: NDArray[np.intp] = found.simplices
     return triangles

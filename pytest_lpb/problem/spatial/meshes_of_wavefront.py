@@ -19,6 +19,9 @@ from pytest_lpb.problem.spatial.mesh_limits import (
     MAX_MESH_VERTICES,
 )
 
+Vertices = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
 _LONG_LINE = re.compile(rb"[^\n]{%d,}" % (MAX_LINE_BYTES + 1))
 _NO_TEXT = re.compile(rb"[\x00\x0b\x0c]|\r(?!\n)")
 _VERTEX, _FACE = (re.compile(rb"^[ \t]*%s[ \t]+([^\r\n]*)" % kind, re.MULTILINE) for kind in (b"v", b"f"))
@@ -50,7 +53,11 @@ def check_wavefront(content: bytes, path: Path) -> None:
 
 
 def objects_of(content: bytes) -> list[NDArray[np.float64]]:
-    """Vertices (n, 3) that the triangles of each named object or group of a sound OBJ use, as PyBullet parts them."""
+    """Vertices (n, 3) of each body of a sound OBJ: of each named object or group whose surface is closed.
+
+    Those are the parts of a convex decomposition, as V-HACD and CoACD write them. All surfaces that are open, such as
+    the sides of a body that its exporter has put into groups, are one body; PyBullet takes each side for itself.
+    """
     vertices, faces = list(_VERTEX.finditer(content)), list(_FACE.finditer(content))
     rows = [match.group(1).split(None, 3)[:3] for match in vertices]
     points = np.array(rows, dtype=float).reshape(-1, 3)
@@ -61,7 +68,37 @@ def objects_of(content: bytes) -> list[NDArray[np.float64]]:
     before = np.repeat(np.searchsorted(defined, used), corners)
     indices = _indices(faces)
     indices = np.where(indices > 0, indices - 1, before + indices)
-    return [points[np.unique(indices[owner == part])] for part in range(len(begun) + 1) if (owner == part).any()]
+    if len(np.unique(owner[owner >= 0])) > 1:
+        owner = _bodies(points, indices, owner, corners)
+    return [points[np.unique(indices[owner == part])] for part in np.unique(owner) if part >= 0]
+
+
+def count_objects(content: bytes) -> int:
+    """How many objects or groups with triangles an OBJ has, each of which PyBullet takes for a body."""
+    begun = np.array([match.start() for match in _OBJECT.finditer(content)])
+    used = [match.start() for match in _FACE.finditer(content) if len(match.group(1).split()) > 2]
+    return len(np.unique(np.searchsorted(begun, np.array(used, dtype=np.intp))))
+
+
+def _bodies(points: Vertices, indices: Indices, owner: Indices, corners: Indices) -> Indices:
+    """The owner of each corner, with all owners of open surfaces made one.
+
+    A surface is closed where each edge is in an even number of its faces; vertices at one place are the same.
+
+    Args:
+        points: vertices (n, 3).
+        indices: of the vertex of each corner of each face (m,).
+        owner: of each corner (m,); -1 for faces that are none.
+        corners: how many each face has.
+    """
+    places = np.unique(points, axis=0, return_inverse=True)[1].reshape(-1)[indices]
+    ends = np.cumsum(corners)
+    following = np.roll(places, -1)
+    following[ends - 1] = places[ends - corners]  # the last corner's edge leads to the first of its face
+    edges = np.stack([owner, np.minimum(places, following), np.maximum(places, following)])
+    edges, counts = np.unique(edges[:, (places != following) & (owner >= 0)], axis=1, return_counts=True)
+    is_open = np.unique(edges[0, counts % 2 == 1])
+    return owner if len(is_open) < 2 else np.where(np.isin(owner, is_open), is_open[0], owner)
 
 
 def materials_of(content: bytes) -> Iterator[tuple[int, str]]:

@@ -86,6 +86,16 @@ def solid_of(shape: Geometry) -> Solid:
     return _SOLIDS[shape.kind](shape).placed(shape.origin)
 
 
+def solids_of(shape: Geometry) -> list[Solid]:
+    """The same with a solid for each convex hull of a mesh: together they are what collides."""
+    from pytest_lpb.problem.spatial.hulls import mesh_hulls  # imports PyBullet
+
+    if shape.file is None:
+        return [solid_of(shape)]
+    hulls = mesh_hulls(shape.file, (shape.size[0], shape.size[1], shape.size[2]))
+    return [Solid(hull).placed(shape.origin) for hull in hulls]
+
+
 def pose_from(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """Pose (4, 4) from a position (3,) [m] and a unit quaternion wxyz (4,)."""
     pose = np.eye(4)
