@@ -157,5 +157,4 @@ def _faces(points: FloatArray) -> NDArray[np.intp]:
         found = ConvexHull(points)
     except QhullError:  # flat: moved apart by rounding errors
         found = ConvexHull(points, qhull_options="QJ")
-    triangles: NDArray[np.intp] = found.simplices
-    return triangles
+    return np.asarray(found.simplices, dtype=np.intp)
