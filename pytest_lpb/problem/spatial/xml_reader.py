@@ -8,6 +8,7 @@ from xml.parsers import expat
 
 from pytest_lpb.errors import ScenarioError
 
+UTF8_BOM = b"\xef\xbb\xbf"
 MAX_ELEMENTS = 100_000
 MAX_DEPTH = 100  # of elements within elements: other readers of the file go down by recursion
 
@@ -52,7 +53,7 @@ def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
         path: what to call it in messages.
         kind: of file, for messages.
     """
-    text = content.lstrip(b" \t\r\n")
+    text = content.removeprefix(UTF8_BOM).lstrip(b" \t\r\n")
     if not text:
         raise ScenarioError(f"{path}:1: is empty; a {kind} file has elements")
     above = content[: len(content) - len(text)].count(b"\n")  # lines passed over

@@ -233,7 +233,7 @@ def test_blanks_before_the_declaration(tmp_path: Path) -> None:
     path.write_text(" \n\r\n\t" + text, "utf-8")
     with pytest.raises(ScenarioError, match=r"r\.urdf:5: joint 'j' is of type 'floating'"):
         load_urdf(path)
-    path.write_text(" \n" + text.replace("floating", "fixed"), "utf-8")
+    path.write_text("\ufeff \n" + text.replace("floating", "fixed"), "utf-8")
     assert load_urdf(path).movable == ()
 
 
