@@ -10,8 +10,10 @@ import numpy as np
 from pytest_lpb.problem.collision import CollisionSpace
 from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.obstacle import Obstacle
-from pytest_lpb.problem.robot import FloatArray, Robot
+from pytest_lpb.problem.robot import FloatArray, Robot, robot_from
 from pytest_lpb.scenario.inverse_kinematics import goal_configurations
+
+MOST_NAMED = 20  # pairs that overlap, in a message
 
 
 def is_free(space: CollisionSpace, q: Sequence[float], margin: float) -> bool:
@@ -32,14 +34,34 @@ def start_fault(robot: Robot, q: Sequence[float], obstacles: Sequence[Obstacle])
         if distance < -space.contact_slack_m:
             return (
                 f"the start is in self-collision: {body!r} is {-distance:.3g} m inside {other!r}; "
-                f"choose another start, or{_way_out(body, other)}"
+                f"choose another start, or{_way_out(robot, q, space.contact_slack_m)}"
             )
     return None
 
 
-def _way_out(body: str, other: str) -> str:
-    """How to say that two bodies may overlap."""
-    return f" if they overlap by design, robot: {{self_collision_pairs: {{except: [[{body}, {other}]]}}}}"
+def _way_out(robot: Robot, q: Sequence[float], slack: float) -> str:
+    """How to say that bodies may overlap that do so at q."""
+    pairs = _overlapping(robot, q, slack)
+    if isinstance(robot.entry.get("self_collision_pairs"), list):
+        names = " and ".join(f"[{one}, {other}]" for one, other in pairs)
+        return f" if they overlap by design, take {names} out of self_collision_pairs"
+    names = ", ".join(f"[{one}, {other}]" for one, other in pairs)
+    return f" if they overlap by design, robot: {{self_collision_pairs: {{except: [{names}]}}}}"
+
+
+def _overlapping(robot: Robot, q: Sequence[float], slack: float) -> list[tuple[str, str]]:
+    """Self-collision pairs that overlap at q by more than `slack` [m], the deepest first; at most `MOST_NAMED`."""
+    pairs = list(robot.self_collision_pairs)
+    found: list[tuple[str, str]] = []
+    while pairs and len(found) < MOST_NAMED:
+        rest = robot_from({**robot.entry, "self_collision_pairs": [list(pair) for pair in pairs]})
+        with closing(rest.collision_space([])) as space:
+            distance, one, other = space.self_clearance(q)
+        if not distance < -slack:
+            break
+        found.append((one, other))
+        pairs = [pair for pair in pairs if {*pair} != {one, other}]
+    return found
 
 
 def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obstacles: Sequence[Obstacle]) -> str | None:
@@ -57,15 +79,17 @@ def goal_fault(robot: Robot, goal: Sequence[SubGoal], start_q: FloatArray, obsta
         if any(is_free(space, q.tolist(), -space.contact_slack_m) for q in configurations):
             return None
         distance, body, obstacle = max(space.clearance(q.tolist()) for q in configurations)
-        _, one, other = max(space.self_clearance(q.tolist()) for q in configurations)
+        free = [q.tolist() for q in configurations if not space.clearance(q.tolist())[0] < 0.0]
+        nearest = [(*space.self_clearance(q), q) for q in free]
     if distance < 0.0:
         return (
             f"the goal is in collision: wherever it is reached, {body!r} is {-distance:.3g} m or more inside "
             f"obstacle {obstacle!r}; move the goal or the obstacle"
         )
+    _, one, other, q = max(nearest)
     return (
         f"the goal is in self-collision: {one!r} overlaps {other!r}, or other bodies of the robot each other, in every "
-        f"configuration found; choose another goal, or{_way_out(one, other)}"
+        f"configuration found; choose another goal, or{_way_out(robot, q, 0.0)}"
     )
 
 

@@ -68,6 +68,8 @@ def test_a_start_in_self_collision_names_the_pair_and_the_way_out(tmp_path: Path
     assert "'mast' is 0.08 m inside 'stage2'; choose another start, or if" in str(refused.value)
     assert way_out.splitlines()[0] == "robot: {self_collision_pairs: {except: [[mast, stage2]]}}"
     check_feasible(telescope(tmp_path, "{except: [[mast, stage2]]}"), ())
+    with pytest.raises(ScenarioError, match=r"by design, take \[mast, stage2\] out of self_collision_pairs"):
+        check_feasible(telescope(tmp_path, "[[mast, stage2]]"), ())
 
 
 @pytest.mark.parametrize(
@@ -144,3 +146,18 @@ def test_planar_arms_take_exceptions_too(tmp_path: Path) -> None:
         "goal: [{name: reach, type: position, link: end, target: [1.0, 1.0], tolerance: 0.1}]\n"
     )
     assert pairs_of(load_scenario(path)) == (("base", "link2"), ("link1", "link3"))
+
+
+def test_all_pairs_that_overlap_at_the_start_are_named(tmp_path: Path) -> None:
+    """A planar arm of five links, folded onto itself."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(
+        "version: 1\n"
+        "robot: {model: planar_arm, links: 4}\n"
+        "start: {q: [0, 3.1415926, 3.1415926, 3.1415926]}\n"
+        "goal: [{name: reach, type: position, link: end, target: [1.0, 1.0], tolerance: 0.1}]\n"
+    )
+    with pytest.raises(ScenarioError) as refused:
+        check_feasible(load_scenario(path), ())
+    named = str(refused.value).partition("except: ")[2].splitlines()[0]
+    assert all(pair in named for pair in ("[base, link2]", "[base, link4]", "[link1, link3]", "[link2, link4]"))
