@@ -213,7 +213,7 @@ def test_export(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
         in capsys.readouterr().out
     )
     summary = (run / "tables" / "summary.md").read_text(encoding="utf-8")
-    assert "time to goal \\[s\\]" in summary
+    assert "time to goal if reached \\[s\\]" in summary
     assert main([str(run), "--export=markdown", "--kpis=ldj", "--output", str(run / "other")]) == 0
     head = (run / "other" / "tables" / "summary.md").read_text(encoding="utf-8").splitlines()[2]
     assert head == "| scenario | planner | trials | problems | success \\[%\\] | ldj |"

@@ -8,14 +8,16 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.numbers import finite, kpi_title, percent, show, show_exact, show_p
+from pytest_lpb.report.numbers import finite, percent, show, show_exact, show_p
 from pytest_lpb.report.packing import packed
+from pytest_lpb.report.titles import compared_title, is_contended
 from pytest_lpb.report.view import ComparisonSection, PlannerStyle
+from pytest_lpb.run.paired import SUCCESS
 from pytest_lpb.run.summary import ALL
 
 MAX_COMPARISONS = 20_000
 VERDICTS = ("better", "worse", "same", "inconclusive", "")
-HEADS = ("pairs", "median A", "median B", "difference B − A", "ratio B / A", "p, adjusted", "B improves")
+HEADS = ("pairs", "A", "B", "difference B − A", "ratio B / A", "p, adjusted", "B improves")
 
 
 def comparison_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> ComparisonSection | None:
@@ -24,7 +26,7 @@ def comparison_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> 
     if frame.empty:
         return None
     found = set(frame["verdict"])
-    titles = {kpi.name: kpi_title(kpi.name, kpi.unit) for kpi in data.kpis}
+    titles = {kpi.name: compared_title(kpi) for kpi in data.kpis}
     kpis = [(str(name), titles.get(str(name), str(name))) for name in dict.fromkeys(frame["kpi"])]
     scenarios = [str(name) for name in dict.fromkeys(frame["scenario"])]
     return ComparisonSection(
@@ -61,7 +63,7 @@ def _marks(data: ReportData, name: str) -> tuple[str, int]:
     kpi = next((kpi for kpi in data.kpis if kpi.name == name), None)
     if kpi is None:
         return "higher", 0
-    return kpi.direction, int(kpi.timing and bool(data.trials["timing_contended"].eq(True).any()))
+    return kpi.direction, int(is_contended(kpi, data))
 
 
 def _rows(frame: pd.DataFrame, planners: list[str], kpis: list[str], scenarios: list[str]) -> list[list[Any]]:
@@ -87,22 +89,48 @@ def _cells(row: Mapping[Any, Any]) -> list[list[Any]]:
     difference = finite(row["difference"])
     sign = "+" if difference is not None and difference > 0 else ""
     bounds = "" if low is None or high is None else f"{show(low)} to {show(high)}"
+    if row["kpi"] == SUCCESS.name:
+        return _success_cells(row, sign)
     return [
         [show_exact(row["pairs"]), finite(row["pairs"]), ""],
         [show(row["median_a"]), finite(row["median_a"]), ""],
         [show(row["median_b"]), finite(row["median_b"]), ""],
         [sign + show(difference), difference, bounds],
+        *_tested_cells(row),
+    ]
+
+
+def _success_cells(row: Mapping[Any, Any], sign: str) -> list[list[Any]]:
+    """The same of success: rates in percent, their difference in percentage points."""
+    difference, low, high = (finite(row[f"difference{end}"]) for end in ("", "_low", "_high"))
+    bounds = "" if low is None or high is None else f"{show(100 * low)} to {show(100 * high)}"
+    points = "" if difference is None else " percentage points"
+    return [
+        [show_exact(row["pairs"]), finite(row["pairs"]), ""],
+        [percent(row["median_a"]), finite(row["median_a"]), ""],
+        [percent(row["median_b"]), finite(row["median_b"]), ""],
+        [f"{sign}{show(None if difference is None else 100 * difference)}{points}", difference, bounds],
+        *_tested_cells(row),
+    ]
+
+
+def _tested_cells(row: Mapping[Any, Any]) -> list[list[Any]]:
+    return [
         [show(row["ratio"]), finite(row["ratio"]), ""],
         [show_p(row["p_adjusted"]), finite(row["p_adjusted"]), ""],
         [percent(row["improvement_probability"]), finite(row["improvement_probability"]), ""],
     ]
 
 
-def relative_difference(row: Mapping[Any, Any]) -> list[float] | None:
-    """Difference with its interval in [%] of A's median, so that KPIs share an axis; success in points."""
+def relative_difference(row: Mapping[Any, Any]) -> list[float | None] | None:
+    """Difference with its interval, if it has one, in [%] of A's figure, so that KPIs share an axis.
+
+    Success in percentage points.
+    """
     figures = [finite(row[name]) for name in ("difference", "difference_low", "difference_high")]
     whole = 1.0 if row["kpi"] == "success" else abs(finite(row["median_a"]) or 0.0)
-    if None in figures or whole == 0.0:
+    if figures[0] is None or whole == 0.0:
         return None
-    shares = [100.0 * (figure or 0.0) / whole for figure in figures]
-    return [round(share, 2) for share in shares] if all(finite(share) is not None for share in shares) else None
+    shares = [None if figure is None else 100.0 * figure / whole for figure in figures]
+    known = all(share is None or finite(share) is not None for share in shares)
+    return [None if share is None else round(share, 2) for share in shares] if known else None

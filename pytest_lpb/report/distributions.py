@@ -10,10 +10,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import count, finite, interval, kpi_title, percent, show, unit_text
+from pytest_lpb.report.numbers import count, finite, show, unit_text
 from pytest_lpb.report.packing import packed
 from pytest_lpb.report.scale import Scale, drawable, scale_for
+from pytest_lpb.report.success import success_text
+from pytest_lpb.report.titles import MARK, value_title
 from pytest_lpb.report.view import BarGroup, BarRow, BoxGroup, BoxRow, KpiFigure, KpiSection, PlannerStyle
+from pytest_lpb.run.contention import contended
 
 FloatArray = NDArray[np.float64]
 
@@ -87,14 +90,14 @@ def success_groups(summary: pd.DataFrame, styles: Mapping[str, PlannerStyle]) ->
     return groups
 
 
-def _bar(row: Mapping[str, object], style: PlannerStyle) -> BarRow:
+def _bar(row: Mapping[Any, Any], style: PlannerStyle) -> BarRow:
     rate, low, high = (finite(row[f"success_{part}"]) for part in ("rate", "low", "high"))
     return BarRow(
         style=style,
         rate=_percent(rate),
         low=_percent(low),
         high=_percent(high),
-        label=f"{percent(rate)} ({interval(low, high)})",
+        label=success_text(row),
     )
 
 
@@ -134,7 +137,7 @@ def _kpi_figure(data: ReportData, kpi: ReportedKpi, styles: Mapping[str, Planner
         groups.append(BoxGroup(str(scenario), boxes))
     return KpiFigure(
         name=kpi.name,
-        title=kpi_title(kpi.name, kpi.unit),
+        title=value_title(kpi),
         group=kpi.group,
         notes=[*_notes(kpi, trials, scale, complete=rows <= MAX_ROWS), *_not_drawn(too_large, kpi.name)],
         ticks=scale.ticks() if groups else [],
@@ -145,11 +148,12 @@ def _kpi_figure(data: ReportData, kpi: ReportedKpi, styles: Mapping[str, Planner
 
 def _notes(kpi: ReportedKpi, trials: pd.DataFrame, scale: Scale, *, complete: bool) -> list[str]:
     notes = [DIRECTIONS[kpi.direction]] if kpi.direction in DIRECTIONS else []
-    notes.append("solved trials only" if kpi.over == "solved" else "all trials")
+    notes.append("solved trials only" if kpi.over == "solved" else "trials that have a value")
     if scale.logarithmic:
         notes.append("logarithmic axis")
-    if kpi.timing and trials["timing_contended"].eq(True).any():
-        notes.append("† timing contended: other work ran on the same cores")
+    disturbed = int(contended(trials, kpi).sum())
+    if disturbed:
+        notes.append(f"{MARK} timing contended in {disturbed} of {count(len(trials), 'trial')}")
     if not complete:
         notes.append(f"the first {MAX_ROWS} rows only; all values are in trials.csv")
     return notes

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import EMPTY, finite, kpi_title, percent, show, show_exact, show_p, whole_percent
+from pytest_lpb.report.numbers import EMPTY, finite, percent, show, show_exact, show_p, whole_percent
 from pytest_lpb.report.overview import headline_kpis
+from pytest_lpb.report.success import RATE, rate_name, solved, solved_share
+from pytest_lpb.report.titles import MARK, compared_title, is_contended, timing_mark, value_title
+from pytest_lpb.run.paired import SUCCESS
 from pytest_lpb.run.summary import ALL
+
+OVER_ALL = " Scenario all: the rate is the mean of the scenarios' rates; medians and quartiles are of all problems."
 
 
 @dataclass(frozen=True)
@@ -48,52 +53,52 @@ def _summary(data: ReportData, kpis: Sequence[ReportedKpi]) -> Table:
     several = data.trials["scenario"].nunique() > 1
     records = data.summary.to_dict("records")
     # Of one scenario, the mean over scenarios says the same again.
-    rows = [row for row in records if several or row["scenario"] != ALL]
-    heads = ["scenario", "planner", "trials", "problems", "success [%]", *_titles(data, kpis).values()]
+    rows = sorted(
+        (row for row in records if several or row["scenario"] != ALL),
+        key=lambda row: (row["scenario"] == ALL, str(row["scenario"]), -solved_share(row)),
+    )
+    heads = ["scenario", "planner", "solved", "problems", "rate [%]", *_titles(data, kpis, value_title).values()]
     return Table(
         "summary",
-        "Success with its 95 % interval; medians with quartiles"
-        + (", all: mean over scenarios." if several else ".")
-        + _marked(data, chosen=kpis),
+        "Trials solved, and the success rate with its 95 % interval; medians with quartiles over problems, of timing "
+        f"over trials.{OVER_ALL if several else ''}{_marked(data, chosen=kpis)}",
         heads,
         2,
         [_summary_row(row, kpis) for row in rows],
     )
 
 
-def _contended(data: ReportData) -> bool:
-    return bool(data.trials["timing_contended"].eq(True).any())
-
-
-def _titles(data: ReportData, kpis: Sequence[ReportedKpi]) -> dict[str, str]:
+def _titles(data: ReportData, kpis: Sequence[ReportedKpi], title: Callable[[ReportedKpi], str]) -> dict[str, str]:
     """Names with units; timing that was contended is marked, as everywhere."""
-    mark = " †" if _contended(data) else ""
-    return {kpi.name: kpi_title(kpi.name, kpi.unit) + (mark if kpi.timing else "") for kpi in kpis}
+    return {kpi.name: title(kpi) + timing_mark(kpi, data) for kpi in kpis}
 
 
 def _marked(data: ReportData, chosen: Sequence[ReportedKpi]) -> str:
-    timed = any(kpi.timing for kpi in chosen)
-    return " † Timing was contended and does not compare planners." if timed and _contended(data) else ""
+    contended = any(is_contended(kpi, data) for kpi in chosen)
+    return f" {MARK} Timing was contended and does not compare planners." if contended else ""
 
 
 def _summary_row(row: Mapping[Any, Any], kpis: Sequence[ReportedKpi]) -> list[str]:
     rate, low, high = (finite(row[f"success_{part}"]) for part in ("rate", "low", "high"))
     success = EMPTY
     if rate is not None and low is not None and high is not None:
-        success = f"{whole_percent(rate)} ({100 * low:.0f} to {100 * high:.0f})"
+        name = "" if rate_name(row) == RATE else f"{rate_name(row)}: "
+        success = f"{name}{whole_percent(rate)} ({100 * low:.0f} to {100 * high:.0f})"
     figures = [_with_bounds(*(row.get(f"{kpi.name}_{part}") for part in ("median", "q1", "q3"))) for kpi in kpis]
-    return [str(row["scenario"]), str(row["planner"]), str(row["trials"]), str(row["problems"]), success, *figures]
+    return [str(row["scenario"]), str(row["planner"]), solved(row), str(row["problems"]), success, *figures]
 
 
 def _comparisons(data: ReportData, kpis: Sequence[ReportedKpi]) -> Table:
-    titles = {"success": "success"} | _titles(data, kpis)
+    titles = {SUCCESS.name: "success [%]"} | _titles(data, kpis, compared_title)
     frame = data.comparisons
     frame = frame[(frame["scenario"] == ALL) & frame["kpi"].isin(titles) & (frame["pairs"] > 0)]
-    heads = ["A", "B", "KPI", "pairs", "median A", "median B", "B − A", "ratio", "p, adjusted", "B improves", "B is"]
+    several = data.trials["scenario"].nunique() > 1
+    figures = "means of the scenarios' medians" if several else "medians"
+    heads = ["A", "B", "KPI", "pairs", "value A", "value B", "B − A", "ratio", "p, adjusted", "B improves", "B is"]
     return Table(
         "comparisons",
-        "B against A on the same problems, over all scenarios; differences with 95 % intervals, p adjusted (Holm)."
-        + _marked(data, chosen=kpis),
+        f"B against A on the same problems, over all scenarios: {figures} (success: rates; their difference in "
+        "percentage points); differences with 95 % intervals, p adjusted (Holm)." + _marked(data, chosen=kpis),
         heads,
         3,
         [_comparison_row(row, titles) for row in frame.to_dict("records")],
@@ -101,14 +106,16 @@ def _comparisons(data: ReportData, kpis: Sequence[ReportedKpi]) -> Table:
 
 
 def _comparison_row(row: Mapping[Any, Any], titles: Mapping[str, str]) -> list[str]:
+    scale = 100.0 if row["kpi"] == SUCCESS.name else 1.0
+    ends = [scale * row[name] for name in ("difference", "difference_low", "difference_high")]
     return [
         str(row["planner_a"]),
         str(row["planner_b"]),
         titles[str(row["kpi"])],
         show_exact(row["pairs"]),
-        show(row["median_a"]),
-        show(row["median_b"]),
-        _with_bounds(row["difference"], row["difference_low"], row["difference_high"]),
+        show(scale * row["median_a"]),
+        show(scale * row["median_b"]),
+        _with_bounds(*ends),
         show(row["ratio"]),
         show_p(row["p_adjusted"]),
         percent(row["improvement_probability"]),

@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import count, finite, kpi_title, show
+from pytest_lpb.report.numbers import count, finite, show
+from pytest_lpb.report.overview import quartiles
 from pytest_lpb.report.packing import packed
+from pytest_lpb.report.titles import MARK, value_title
 from pytest_lpb.report.view import HeatMap, PlannerStyle
+from pytest_lpb.run.contention import CONTENDED_KPIS, SEPARATOR
+from pytest_lpb.run.summary import ALL
 
 MAX_CELLS = 40_000  # of all KPIs together
 
@@ -20,7 +24,7 @@ def heat_map(data: ReportData, styles: Mapping[str, PlannerStyle]) -> HeatMap | 
     """
     rows = {(str(row["scenario"]), str(row["planner"])): row for row in data.summary.to_dict("records")}
     scenarios = [str(name) for name in dict.fromkeys(data.trials["scenario"])]
-    names = [*scenarios, "all"] if len(scenarios) > 1 else scenarios
+    names = [*scenarios, ALL] if len(scenarios) > 1 else scenarios
     most = MAX_CELLS // max(len(names) * len(styles), 1)
     chosen = [kpi for kpi in data.kpis if _has_values(data, kpi)][:most]
     if not chosen:
@@ -32,7 +36,7 @@ def heat_map(data: ReportData, styles: Mapping[str, PlannerStyle]) -> HeatMap | 
         ]
         for kpi in chosen
     }
-    options = [(kpi.group, kpi.name, kpi_title(kpi.name, kpi.unit)) for kpi in chosen]
+    options = [(kpi.group, kpi.name, value_title(kpi)) for kpi in chosen]
     return HeatMap(options, packed(cells))
 
 
@@ -45,6 +49,6 @@ def _cell(kpi: ReportedKpi, row: Mapping[Any, Any] | None) -> list[Any] | None:
     value = None if row is None else finite(row[f"{kpi.name}_median"])
     if row is None or value is None:
         return None
-    low, high = row[f"{kpi.name}_q1"], row[f"{kpi.name}_q3"]
-    spread = f"{show(low)} to {show(high)} · " if finite(low) is not None and low != high else ""
-    return [show(value), value, f"{spread}{count(int(row[f'{kpi.name}_n']), 'problem')}"]
+    mark = f" {MARK}" if kpi.name in str(row[CONTENDED_KPIS]).split(SEPARATOR) else ""
+    parts = [quartiles(row, kpi.name), count(int(row[f"{kpi.name}_n"]), "problem")]
+    return [f"{show(value)}{mark}", value, " · ".join(filter(None, parts))]

@@ -17,7 +17,9 @@ from pytest_lpb.report.gate_text import (
     verdict_cells,
 )
 from pytest_lpb.report.text import planner_notes, planner_rows
+from pytest_lpb.report.titles import compared_name, timing_mark
 from pytest_lpb.run.gate import INCONCLUSIVE, REGRESSED, GateResult, GateVerdict
+from pytest_lpb.run.paired import SUCCESS
 from pytest_lpb.run.title import title_of
 
 MAX_BYTES = 60_000  # GitHub takes comments of 65,536 characters
@@ -88,20 +90,27 @@ def _comparisons(data: ReportData) -> Iterator[str]:
     clear = frame[(frame["scenario"] == "all") & frame["verdict"].isin(["better", "worse"])]
     if clear.empty:
         return
+    names = {kpi.name: compared_name(kpi) + timing_mark(kpi, data) for kpi in data.kpis}
+    names[SUCCESS.name] = "success [%; b − a in percentage points]"
     rows = [
         (
             f"{row['planner_b']} is {row['verdict']} than {row['planner_a']}",
-            str(row["kpi"]),
+            names.get(str(row["kpi"]), str(row["kpi"])),
             str(row["pairs"]),
-            *(f"{row[name]:.3g}" for name in ("median_a", "median_b", "difference_low", "difference_high")),
+            *(_figure(row, name) for name in ("median_a", "median_b", "difference_low", "difference_high")),
         )
         for row in clear.head(MAX_COMPARISONS).to_dict("records")
     ]
-    heads = ("b, a", "kpi", "pairs", "median a", "median b", "b − a, from", "to")
+    figures = "mean of the scenarios' medians" if data.trials["scenario"].nunique() > 1 else "median"
+    heads = ("b, a", "kpi", "pairs", f"a: {figures}", f"b: {figures}", "b − a, 95 % from", "to")
     lines = list(_table([heads, *rows]))
     if len(clear) > MAX_COMPARISONS:
         lines.append(f"\n{len(clear) - MAX_COMPARISONS} more are in comparisons.csv.")
     yield from _details(f"{count(len(clear), 'clear difference')} between planners", lines)
+
+
+def _figure(row: Mapping[Any, Any], name: str) -> str:
+    return f"{100 * row[name] if row['kpi'] == SUCCESS.name else row[name]:.3g}"
 
 
 def _failures(data: ReportData) -> Iterator[str]:

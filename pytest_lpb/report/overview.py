@@ -9,8 +9,11 @@ import pandas as pd
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
 from pytest_lpb.report.known_failures import reasons
-from pytest_lpb.report.numbers import EMPTY, count, finite, interval, kpi_title, percent, show, show_exact
+from pytest_lpb.report.numbers import EMPTY, count, finite, percent, show, show_exact
+from pytest_lpb.report.success import common_rate_name, named_rate, rate_interval, rate_name, solved, solved_share
+from pytest_lpb.report.titles import MARK, contended_trials, value_title
 from pytest_lpb.report.view import Cell, MatrixRow, OutcomeBar, PlannerRow, PlannerStyle, Share, Statement
+from pytest_lpb.run.summary import ALL
 
 OUTCOMES = (
     "success",
@@ -39,15 +42,15 @@ def endings(trials: pd.DataFrame) -> pd.Series[str]:
 def overall(summary: pd.DataFrame, planner: str) -> Mapping[str, Any]:
     """A planner's row over all scenarios; its only row where there is one scenario."""
     rows = summary[summary["planner"] == planner]
-    total = rows[rows["scenario"] == "all"]
+    total = rows[rows["scenario"] == ALL]
     records = (total if len(total) else rows).to_dict("records")
     return {str(key): value for key, value in records[0].items()} if records else {}
 
 
 def by_success(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[PlannerStyle]:
-    """Planners, the most successful first."""
-    rates = {name: finite(overall(data.summary, name).get("success_rate")) for name in styles}
-    return sorted(styles.values(), key=lambda style: -(rates[style.name] or 0.0))
+    """Planners by the share of trials they solved, the most successful first: by what is shown first."""
+    rows = {name: overall(data.summary, name) for name in styles}
+    return sorted(styles.values(), key=lambda style: -solved_share(rows[style.name]) if rows[style.name] else 0.0)
 
 
 def statements(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[Statement]:
@@ -60,19 +63,15 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     trials = data.trials[data.trials["planner"] == style.name]
     if not row or trials.empty:
         return Statement(style, "has no finished trial", "")
-    problems, solved = int(row["problems"]), int(trials["success"].eq(True).sum())
+    problems = int(row["problems"])
     once = problems == len(trials)
-    rate = percent(row["success_rate"])
-    if abs(float(row["success_rate"]) - solved / len(trials)) >= 0.005:
-        rate = f"mean over {'problems' if data.trials['scenario'].nunique() == 1 else 'scenarios'} {rate}"
-    bounds = interval(row["success_low"], row["success_high"])
-    whole = count(len(trials), "problem" if once else "trial")
-    text = f"solved {solved} of {whole} ({rate}, 95 % interval {bounds})"
+    text = f"solved {solved(row)} {'problem' if once else 'trial'}{'' if len(trials) == 1 else 's'}"
+    text += f" ({named_rate(row)}, 95 % interval {rate_interval(row)})"
     details = [] if once else [f"{count(problems, 'distinct problem')}, each counts once"]
     failures = endings(trials)[~trials["success"].eq(True)].value_counts()
     details += [f"{str(outcome).replace('_', ' ')} in {number}" for outcome, number in failures.items()]
     known = int(reasons(trials).ne("").sum())
-    details += [f"{count(known, 'known failure')} among them"] if known else []
+    details += [f"{known} of them known failures"] if known else []
     return Statement(style, text, ", ".join(details))
 
 
@@ -81,12 +80,12 @@ def success_matrix(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list
     rows = {(str(row["scenario"]), str(row["planner"])): row for row in data.summary.to_dict("records")}
     names = [str(name) for name in dict.fromkeys(data.trials["scenario"])]
     if len(names) > 1:
-        names.append("all")
+        names.append(ALL)
     return [
         MatrixRow(
-            scenario="mean over scenarios" if name == "all" else name,
+            scenario=name,
             cells=[_matrix_cell(rows.get((name, planner))) for planner in styles],
-            is_scenario=name != "all",
+            is_scenario=name != ALL,
         )
         for name in names
     ]
@@ -96,17 +95,16 @@ def _matrix_cell(row: Mapping[Any, Any] | None) -> Cell:
     rate = None if row is None else finite(row["success_rate"])
     if row is None or rate is None:
         return Cell(EMPTY)
-    problems, trials = int(row["problems"]), int(row["trials"])
-    repeats = "" if problems == trials else f" of {count(problems, 'problem')}"
-    note = f"{int(row['successes'])} of {count(trials, 'trial')}{repeats}"
-    return Cell(percent(rate), rate, f"{note} · {interval(row['success_low'], row['success_high'])}")
+    return Cell(solved(row), rate, f"{named_rate(row)} · {rate_interval(row)}")
 
 
 def summary_table(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[str], list[PlannerRow]]:
     """Headings and rows of the table of planners: success, headline KPIs, the user's own KPIs."""
     chosen = headline_kpis(data)
-    heads = ["trials", "problems", "success rate", *(f"{kpi_title(kpi.name, kpi.unit)}" for kpi in chosen)]
-    return heads, [_planner_row(data, style, chosen) for style in by_success(data, styles)]
+    order = by_success(data, styles)
+    rates = common_rate_name(row for style in order if (row := overall(data.summary, style.name)))
+    heads = ["solved", "problems", rates, *(value_title(kpi) for kpi in chosen)]
+    return heads, [_planner_row(data, style, chosen, rates) for style in order]
 
 
 def headline_kpis(data: ReportData) -> list[ReportedKpi]:
@@ -116,22 +114,37 @@ def headline_kpis(data: ReportData) -> list[ReportedKpi]:
     return [by_name[name] for name in HEADLINES if name in by_name] + users
 
 
-def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[ReportedKpi]) -> PlannerRow:
+def _planner_row(data: ReportData, style: PlannerStyle, chosen: Sequence[ReportedKpi], rates: str) -> PlannerRow:
     row = overall(data.summary, style.name)
-    trials = data.trials[data.trials["planner"] == style.name]
-    contended = bool(trials["timing_contended"].eq(True).any())
-    rate = row.get("success_rate")
+    if not row:
+        return PlannerRow(style, [Cell(EMPTY) for _ in range(3 + len(chosen))])
+    rate = percent(row["success_rate"]) if rate_name(row) == rates else named_rate(row)
     cells = [
-        Cell(str(len(trials)), len(trials)),
-        Cell(show_exact(row.get("problems")), finite(row.get("problems"))),
-        Cell(percent(rate), finite(rate), interval(row.get("success_low"), row.get("success_high"))),
+        Cell(solved(row), solved_share(row)),
+        Cell(show_exact(row["problems"]), finite(row["problems"])),
+        Cell(rate, finite(row["success_rate"]), f"95 %: {rate_interval(row)}"),
     ]
-    for kpi in chosen:
-        median, low, high = (row.get(f"{kpi.name}_{part}") for part in ("median", "q1", "q3"))
-        spread = f"{show(low)} to {show(high)}" if finite(low) is not None and low != high else ""
-        mark = "†" if kpi.timing and contended and finite(median) is not None else ""
-        cells.append(Cell(show(median), finite(median), spread, mark))
-    return PlannerRow(style, cells)
+    return PlannerRow(style, [*cells, *(_figure_cell(data, row, kpi) for kpi in chosen)])
+
+
+def _figure_cell(data: ReportData, row: Mapping[str, Any], kpi: ReportedKpi) -> Cell:
+    """Median, quartiles and number of problems; in how many trials the timing was disturbed."""
+    median = finite(row.get(f"{kpi.name}_median"))
+    if median is None:
+        return Cell(EMPTY)
+    parts = [quartiles(row, kpi.name)]
+    disturbed = contended_trials(kpi, data, str(row["planner"]))
+    if kpi.timing:
+        parts += [f"{count(disturbed, 'trial')} {MARK}"] if disturbed else []
+    else:
+        parts.append(count(int(row[f"{kpi.name}_n"]), "problem"))
+    return Cell(show(median), median, " · ".join(filter(None, parts)), MARK if disturbed else "")
+
+
+def quartiles(row: Mapping[Any, Any], kpi_name: str) -> str:
+    """`1.7 to 4.35`; empty where there are none, or all values are the same."""
+    low, high = row.get(f"{kpi_name}_q1"), row.get(f"{kpi_name}_q3")
+    return f"{show(low)} to {show(high)}" if finite(low) is not None and low != high else ""
 
 
 def outcome_bars(data: ReportData, styles: Mapping[str, PlannerStyle]) -> list[OutcomeBar]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.heat import heat_map
 from pytest_lpb.report.overview import outcome_bars, statements, success_matrix, summary_table
+from pytest_lpb.report.timing_notes import contention_notes, deadline_warnings
 from pytest_lpb.report.view import Overview, PlannerStyle
 from pytest_lpb.report.winners import winners, winners_summary
 from pytest_lpb.run.missing import missing_notes
@@ -17,7 +18,11 @@ def overview(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Overview:
     heads, summary = summary_table(data, styles)
     won = winners(data, styles)
     return Overview(
-        warnings=[*map(str, data.warnings), *missing_notes(data.missing, len(data.trials), data.resume)],
+        warnings=[
+            *map(str, data.warnings),
+            *missing_notes(data.missing, len(data.trials), data.resume),
+            *deadline_warnings(data),
+        ],
         notes=notes(data),
         statements=statements(data, styles),
         winners_summary=winners_summary(won, styles),
@@ -42,6 +47,5 @@ def notes(data: ReportData) -> list[str]:
     fixed = [str(name) for name in problems.index if problems[name] == 1 and repeats[name] > 1]
     if fixed:
         found.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
-    if data.trials["timing_contended"].eq(True).any():
-        found.append("† Timing was contended: other work ran on the same cores. Such figures do not compare planners.")
+    found += contention_notes(data)
     return [*found, *data.run_info.get("notes", ())]

@@ -9,11 +9,12 @@ from typing import Any
 from matplotlib.ticker import NullFormatter
 
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.numbers import kpi_title, unit_text
+from pytest_lpb.report.numbers import unit_text
 from pytest_lpb.report.palette import COLOURS, styles_of
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.profiles import axis_of, explained, profile_of, with_profile
 from pytest_lpb.report.scale import Scale
+from pytest_lpb.report.titles import timing_mark, value_title
 from pytest_lpb.report.view import PlannerStyle
 from pytest_lpb.run.profiles import RATIO
 from pytest_lpb.shown import literal
@@ -34,7 +35,8 @@ def profile(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     shown = profile_of(kpi, data)
     if shown is None:
         return
-    axes.set_title("\n".join([kpi_title(kpi.name, kpi.unit), *wrap(explained(shown), TITLE_WIDTH)]), fontsize=8)
+    title = value_title(kpi) + timing_mark(kpi, data)
+    axes.set_title("\n".join([title, *wrap(explained(shown), TITLE_WIDTH)]), fontsize=8)
     styles = styles_of(data)
     for planner, curve in shown.curves.items():
         colour, line = COLOURS[styles[planner].colour], _line_style(styles[planner])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 
 from pytest_lpb.report.canvas import path_through
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import count, kpi_title, show, show_exact, unit_text
+from pytest_lpb.report.numbers import count, show, show_exact, unit_text
 from pytest_lpb.report.scale import LARGEST, Scale
+from pytest_lpb.report.titles import compared_title, timing_mark, value_title
 from pytest_lpb.report.view import Cell, Line, PlannerStyle, Tick
 from pytest_lpb.run.profiles import RATIO, KpiProfile, kpi_profile
 
@@ -19,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 MAIN = ("time_to_goal_s", "path_length_m", "clearance_min_m", "solver_time_p50_ms")
 USER = "user"  # group of users' own KPIs
-HEADS = ("scenarios", "problems", "mean of scenarios", "interquartile mean")
+HEADS = ("scenarios", "problems", "mean of the scenarios' means", "interquartile mean of problems")
 MAX_SHOWN_RATIO = 100.0  # beyond, a planner is so far from the best that the rest of the picture would vanish
 SHARES = [Tick(float(100 - share), f"{share} %") for share in (0, 25, 50, 75, 100)]
 
@@ -91,7 +93,7 @@ def profile_figure(
         lines.append(Line(styles[planner], path_through(np.column_stack([across, share]))))
         bands.append(Line(styles[planner], path_through(np.concatenate([there, back]), closed=True)))
     return ProfileFigure(
-        title=kpi_title(kpi.name, kpi.unit) + (" †" if _contended(kpi, data) else ""),
+        title=value_title(kpi) + timing_mark(kpi, data),
         note=explained(profile),
         unit="x" if profile.kind == RATIO else unit_text(profile.unit),
         x_ticks=scale.ticks(6),
@@ -124,9 +126,9 @@ def _rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Iterator[Aggr
         if row["problems"] == 0:
             continue
         kpi = kpis[row["kpi"]]
-        interval = f"{show(row['iqm_low'])} to {show(row['iqm_high'])}"
+        interval = "" if math.isnan(row["iqm_low"]) else f"95 %: {show(row['iqm_low'])} to {show(row['iqm_high'])}"
         yield AggregateRow(
-            title=kpi_title(kpi.name, kpi.unit) + (" †" if _contended(kpi, data) else ""),
+            title=compared_title(kpi) + timing_mark(kpi, data),
             style=styles[str(row["planner"])],
             over="solved by all" if row["over"] == "solved" else "",
             cells=[
@@ -136,7 +138,3 @@ def _rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Iterator[Aggr
                 Cell(show(row["iqm"]), float(row["iqm"]), interval),
             ],
         )
-
-
-def _contended(kpi: ReportedKpi, data: ReportData) -> bool:
-    return kpi.timing and bool(data.trials["timing_contended"].eq(True).any())

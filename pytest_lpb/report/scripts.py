@@ -16,7 +16,6 @@ SCRIPTS = (
     "scenarios.js",
     "charts.js",
     "motion.js",
-    "gestures.js",
     "planar.js",
     "raster.js",
     "spatial.js",

@@ -9,10 +9,12 @@ import numpy as np
 
 from pytest_lpb.report.comparison_section import relative_difference
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.numbers import kpi_title, minus
+from pytest_lpb.report.numbers import minus
 from pytest_lpb.report.palette import COLOURS, styles_of
 from pytest_lpb.report.plots import Plot, default_registry
 from pytest_lpb.report.scale import drawable
+from pytest_lpb.report.success import RATE, common_rate_name, solved
+from pytest_lpb.report.titles import compared_title, timing_mark, value_title
 from pytest_lpb.run.summary import ALL, summary_table
 from pytest_lpb.shown import literal
 
@@ -31,7 +33,7 @@ def success_pictures(data: ReportData) -> Iterator[tuple[str, ...]]:
 
 
 def success(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:  # noqa: ARG001 - there is one picture
-    """Success rate of each planner with its 95 % Wilson interval, as in the rows `all` of summary.csv."""
+    """Trials solved, and success rate of each planner with its 95 % interval, as in the rows `all` of summary.csv."""
     table = summary_table(data.trials, [])
     rows = {str(row["planner"]): row for row in table[table["scenario"] == ALL].to_dict("records")}
     styles = [style for name, style in styles_of(data).items() if name in rows]
@@ -39,8 +41,9 @@ def success(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:  # noq
         rate, low, high = (rows[style.name][f"success_{part}"] for part in ("rate", "low", "high"))
         axes.barh(place, rate, color=COLOURS[style.colour], alpha=0.6)
         axes.errorbar(rate, place, xerr=[[max(rate - low, 0)], [max(high - rate, 0)]], color="k", capsize=4)
-    axes.set(xlabel="success rate, mean over scenarios", xlim=(0, 1.01))
-    axes.set_yticks(range(len(styles)), [literal(style.name) for style in styles])
+    name = common_rate_name(rows[style.name] for style in styles)
+    axes.set(xlabel=name if name == RATE else f"{RATE}, {name}", xlim=(0, 1.01))
+    axes.set_yticks(range(len(styles)), [literal(f"{style.name} {solved(rows[style.name])}") for style in styles])
     axes.invert_yaxis()
 
 
@@ -77,7 +80,7 @@ def kpi(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
         rotation=25 if many else 0,
         ha="right" if many else "center",
     )
-    axes.set(ylabel=kpi_title(shown.name, shown.unit))
+    axes.set(ylabel=value_title(shown) + timing_mark(shown, data))
     axes.legend(loc="best", fontsize="small")
 
 
@@ -111,12 +114,12 @@ def comparison(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     rows = [(row, relative_difference(row)) for row in frame.to_dict("records")]
     shown = [(row, shares) for row, shares in rows if shares is not None]
     for place, (row, shares) in enumerate(shown):
-        middle, low, high = np.clip(shares, -WIDEST, WIDEST)
+        middle, low, high = np.clip([shares[0] if share is None else share for share in shares], -WIDEST, WIDEST)
         colour = VERDICT_COLOURS.get(row["verdict"], OTHER_COLOUR)
         reach = [[max(middle - low, 0)], [max(high - middle, 0)]]
         axes.errorbar(middle, place, xerr=reach, fmt="o", color=colour, capsize=2, markersize=3)
     axes.axvline(0.0, color="0.6", linewidth=1)
-    titles = {kpi.name: kpi_title(kpi.name, kpi.unit) for kpi in data.kpis}
+    titles = {kpi.name: compared_title(kpi) + timing_mark(kpi, data) for kpi in data.kpis}
     names = [titles.get(row["kpi"], str(row["kpi"])) for row, _ in shown]
     width, height = axes.figure.get_size_inches()
     axes.figure.set_size_inches(width, max(height, ROW_INCH * len(shown) + 1.0))
@@ -125,8 +128,9 @@ def comparison(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     axes.set_xticks(PERCENTAGES, [minus(str(percentage)) for percentage in PERCENTAGES])
     axes.tick_params(axis="x", which="minor", bottom=False)
     axes.set(xlim=(-1.15 * WIDEST, 1.15 * WIDEST))
-    beyond = f"; beyond {WIDEST:g} % at the edge" if any(abs(shares[0]) > WIDEST for _, shares in shown) else ""
-    axes.set(xlabel=f"{literal(b)} against {literal(a)}: difference [% of median],\n95 % interval{beyond}")
+    beyond = f"; beyond {WIDEST:g} % at the edge" if any(abs(shares[0] or 0.0) > WIDEST for _, shares in shown) else ""
+    what = "difference [% of its figure; success: percentage points]"
+    axes.set(xlabel=f"{literal(b)} against {literal(a)}: {what},\n95 % interval{beyond}")
     axes.invert_yaxis()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -10,21 +10,21 @@ import pandas as pd
 from pytest_lpb.aligned import aligned
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import whole_percent
+from pytest_lpb.report.success import common_rate_name, rate_name, solved, solved_share
+from pytest_lpb.report.timing_notes import contention_notes, deadline_warnings
+from pytest_lpb.report.titles import REACHED, compared_name, timing_mark
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.missing import missing_notes
+from pytest_lpb.run.paired import SUCCESS
+from pytest_lpb.run.summary import ALL
 from pytest_lpb.run.title import title_of
 
-HEADS = (
-    "planner",
-    "trials",
-    "problems",
-    "success",
-    "95 % interval",
-    "time to goal if solved [s]",
-    "solver median [ms]",
-    "p95 [ms]",
+KPIS = (
+    ("time_to_goal_s", f"time to goal {REACHED} [s]"),
+    ("solver_time_p50_ms", "solver median [ms]"),
+    ("solver_time_p95_ms", "p95 [ms]"),
 )
-COLUMNS = ("time_to_goal_s_median", "solver_time_p50_ms_median", "solver_time_p95_ms_median")
+"""Medians in the table of planners, with their heads."""
 
 
 def title_lines(data: ReportData) -> Iterator[str]:
@@ -35,46 +35,49 @@ def title_lines(data: ReportData) -> Iterator[str]:
 
 
 def planner_table(data: ReportData) -> Iterator[str]:
-    """One line per planner: trials, success rate with interval, median time to goal, solver time; then what to know."""
+    """One line per planner: trials solved, rate with interval, median time to goal, solver time; then what to know."""
     yield from aligned(planner_rows(data))
     yield from planner_notes(data)
 
 
 def planner_rows(data: ReportData) -> list[Sequence[str]]:
-    """The table's cells, headings first."""
-    heads = [f"{head}{'*' if _contended(data) and '[ms]' in head else ''}" for head in HEADS]
-    return [heads, *(_cells(row) for _, row in _overall(data).iterrows())]
+    """The table's cells, headings first; the planner that solved most of its trials first."""
+    rows = sorted(_overall(data).to_dict("records"), key=lambda row: -solved_share(row))
+    rates = common_rate_name(rows)
+    known = {kpi.name: kpi for kpi in data.kpis}
+    marks = [timing_mark(known[name], data) if name in known else "" for name, _ in KPIS]
+    heads = ["planner", "solved", "problems", rates, "95 % interval"]
+    heads += [f"{head}{mark}" for (_, head), mark in zip(KPIS, marks, strict=True)]
+    return [heads, *(_cells(row, rates) for row in rows)]
 
 
 def planner_notes(data: ReportData) -> Iterator[str]:
     """What to know of the table's figures."""
-    if _contended(data):
-        yield "* timing was contended (other work ran on the same cores): no basis for comparisons"
-    overall = _overall(data)
-    repeated = overall[overall["problems"] < overall["trials"]]
-    if len(repeated):
+    rows = _overall(data).to_dict("records")
+    if any(row["problems"] < row["trials"] for row in rows):
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
+    if any("scenario" in str(row["success_rate_is"]) for row in rows):
+        yield "mean of scenarios: each weighs the same; medians are over all problems, of timing over all trials"
+    yield from contention_notes(data)
+    yield from (f"warning: {warning}" for warning in deadline_warnings(data))
     yield from data.run_info.get("notes", ())
     yield from missing_notes(data.missing, len(data.trials), data.resume)
 
 
 def _overall(data: ReportData) -> pd.DataFrame:
-    return data.summary[data.summary["scenario"] == "all"]
+    return data.summary[data.summary["scenario"] == ALL]
 
 
-def _contended(data: ReportData) -> bool:
-    return bool(len(data.trials)) and bool(data.trials["timing_contended"].astype(bool).any())
-
-
-def _cells(row: pd.Series[Any]) -> tuple[str, ...]:
+def _cells(row: Mapping[Any, Any], rates: str) -> tuple[str, ...]:
     low, high = _number(row["success_low"]), _number(row["success_high"])
+    rate = f"{whole_percent(row['success_rate'])} %"
     return (
         str(row["planner"]),
-        str(row["trials"]),
+        solved(row),
         str(row["problems"]),
-        f"{whole_percent(row['success_rate'])} %",
+        rate if rate_name(row) == rates else f"{rate_name(row)}: {rate}",
         f"{100 * low:.0f} to {100 * high:.0f} %",
-        *(_figure(row.get(column)) for column in COLUMNS),
+        *(_figure(row.get(f"{name}_median")) for name, _ in KPIS),
     )
 
 
@@ -91,22 +94,26 @@ def _figure(value: object) -> str:
 
 def comparison_table(data: ReportData) -> Iterator[str]:
     """One line per KPI of the compared planners, over all scenarios, with the number of pairs."""
-    rows = data.comparisons[data.comparisons["scenario"] == "all"]
-    heads = ("kpi", "pairs", "median a", "median b", "b - a", "95 % interval", "adjusted p", "b is")
+    rows = data.comparisons[data.comparisons["scenario"] == ALL]
+    names = {kpi.name: compared_name(kpi) + timing_mark(kpi, data) for kpi in data.kpis}
+    names[SUCCESS.name] = "success [%]"
+    heads = ("kpi", "pairs", "a", "b", "b - a", "95 % interval", "adjusted p", "b is")
+    yield "a, b, b - a: medians, over several scenarios the mean of theirs; success: rates, b - a in percentage points"
     for (first, second), pair in rows.groupby(["planner_a", "planner_b"], sort=True):
         yield f"a = {first}, b = {second}"
         known = pair[pair["pairs"] > 0]
-        yield from aligned([heads, *(_compared(row) for _, row in known.iterrows())])
+        yield from aligned([heads, *(_compared(row, names) for row in known.to_dict("records"))])
         if len(known) < len(pair):
             yield f"no problem has a value of both: {', '.join(pair.loc[pair['pairs'] == 0, 'kpi'])}"
 
 
-def _compared(row: pd.Series[Any]) -> tuple[str, ...]:
-    low, high = row["difference_low"], row["difference_high"]
+def _compared(row: Mapping[Any, Any], names: Mapping[str, str]) -> tuple[str, ...]:
+    percent = 100.0 if row["kpi"] == SUCCESS.name else 1.0
+    low, high = (percent * row[f"difference_{end}"] for end in ("low", "high"))
     interval = f"{_figure(low)} to {_figure(high)}" if pd.notna(low) else "-"
-    figures = (_figure(row[column]) for column in ("median_a", "median_b", "difference"))
+    figures = (_figure(percent * row[column]) for column in ("median_a", "median_b", "difference"))
     return (
-        str(row["kpi"]),
+        names.get(str(row["kpi"]), str(row["kpi"])),
         str(row["pairs"]),
         *figures,
         interval,

@@ -8,9 +8,11 @@ from typing import Any
 import pandas as pd
 
 from pytest_lpb.report.data import ReportData, ReportedKpi
-from pytest_lpb.report.numbers import finite, kpi_title, show, show_exact
+from pytest_lpb.report.numbers import finite, show, show_exact
 from pytest_lpb.report.overview import USER, by_success, endings, ordered_outcomes
+from pytest_lpb.report.titles import MARK, value_title
 from pytest_lpb.report.view import Cell, PlannerStyle, TrialRow, TrialSection
+from pytest_lpb.run.contention import contended
 
 MAX_TRIALS = 5000
 TRIAL_KPIS = ("time_to_goal_s", "clearance_min_m", "solver_time_p95_ms")
@@ -46,7 +48,7 @@ def listed_trials(data: ReportData) -> tuple[pd.DataFrame, str]:
 
 def trial_heads(data: ReportData) -> list[str]:
     """Headings of the figures in the table of trials."""
-    return [*(kpi_title(kpi.name, kpi.unit) for kpi in trial_kpis(data)), "steps"]
+    return [*(value_title(kpi) for kpi in trial_kpis(data)), "steps"]
 
 
 def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[list[TrialRow], str]:
@@ -54,11 +56,12 @@ def trial_rows(data: ReportData, styles: Mapping[str, PlannerStyle]) -> tuple[li
     frame, note = listed_trials(data)
     kpis = trial_kpis(data)
     rows = []
-    for row in frame.assign(outcome=endings(frame)).to_dict("records"):
-        mark = "†" if row["timing_contended"] == 1 else ""
+    disturbed = {kpi.name: contended(frame, kpi).tolist() for kpi in kpis}
+    for place, row in enumerate(frame.assign(outcome=endings(frame)).to_dict("records")):
         values = [(kpi, finite(row.get(kpi.name))) for kpi in kpis]
         cells = [
-            Cell(show(value), value, mark=mark if kpi.timing and value is not None else "") for kpi, value in values
+            Cell(show(value), value, mark=MARK if value is not None and disturbed[kpi.name][place] else "")
+            for kpi, value in values
         ]
         cells.append(Cell(show_exact(row["steps"]), finite(row["steps"])))
         rows.append(_trial_row(row, styles, cells))

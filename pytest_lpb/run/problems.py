@@ -47,7 +47,12 @@ class KpiColumn(Protocol):
 
 def restricted_column(kpi: KpiColumn) -> str:
     """Column that holds a KPI with failures counted as the duration."""
-    return f"{kpi.name}_restricted_mean"
+    return restricted_name(kpi.name)
+
+
+def restricted_name(kpi_name: str) -> str:
+    """That column, by the KPI's name."""
+    return f"{kpi_name}_restricted_mean"
 
 
 def unit_depends_on_control(kpi: KpiColumn) -> bool:

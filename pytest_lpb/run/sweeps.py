@@ -9,17 +9,19 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pytest_lpb.names import count
 from pytest_lpb.run.summary import ALL
 
 
 @dataclass(frozen=True)
 class Point:
-    """A KPI at a value."""
+    """A figure at a value: a success rate with its 95 % interval, or a median with its quartiles."""
 
     value: Any
     figure: float
     low: float
     high: float
+    trials: str  # of a success rate: 17/22; else how many problems have a value
 
 
 @dataclass(frozen=True)
@@ -115,10 +117,12 @@ def sweeps_of(info: Mapping[str, Any]) -> list[Sweep]:
 
 def _point(row: Mapping[Any, Any], value: Any, column: str) -> Point:
     if column == "success_rate":
-        return Point(value, *(float(row[f"success_{part}"]) for part in ("rate", "low", "high")))
+        rate, low, high = (float(row[f"success_{part}"]) for part in ("rate", "low", "high"))
+        return Point(value, rate, low, high, f"{int(row['successes'])}/{int(row['trials'])}")
     stem = column.removesuffix("_median")
-    low, high = (row.get(f"{stem}_{part}", np.nan) for part in ("q1", "q3"))
-    return Point(value, float(row[column]), float(low), float(high))
+    low, high = (float(row.get(f"{stem}_{part}", np.nan)) for part in ("q1", "q3"))
+    problems = count(int(row.get(f"{stem}_n", 0)), "problem")
+    return Point(value, float(row[column]), low, high, problems)
 
 
 def _key(value: Any) -> str:

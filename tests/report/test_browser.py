@@ -57,7 +57,7 @@ def test_no_errors_and_no_requests(browser: Chromium, report_address: str) -> No
 
 def test_sorting_by_click_puts_empty_cells_last(browser: Chromium, report_address: str) -> None:
     open_view(browser, report_address, "#/trials")
-    column = _head(browser, "time to goal [s]")
+    column = _head(browser, "time to goal if reached [s]")
     for direction in ("ascending", "descending"):
         assert _click_head(browser, column) == direction
         texts = _column(browser, column)

@@ -54,7 +54,7 @@ def test_a_closed_gate() -> None:
     text = summary(trials(), trials(40, failed(range(10))), "success:2%", "clearance_min_m:0.01m")
     planners, verdicts, changes, failures = tables(text)
     assert len(planners) == 3
-    assert planners[2].startswith("| a | 40 | 40 | 75 % |")
+    assert planners[2].startswith("| a | 30/40 | 40 | 75 % |")
     assert "**GATE CLOSED: 1 verdict regressed** (baseline: old)" in text
     assert verdicts[2].startswith("| a | success | 40 | 100 % | 75 % | 25 % | ")
     assert verdicts[2].endswith("| 2 % | ❌ regressed |")

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.numbers import kpi_title
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.plots import write_plots
 from pytest_lpb.report.profiles import MAIN, profile_of, profile_section
+from pytest_lpb.report.titles import value_title
 from pytest_lpb.run.aggregates import aggregates_table
 from tests.run.trial_frames import Column, trial
 
@@ -34,7 +34,7 @@ def titles(data: ReportData) -> set[str]:
 
 
 def test_main_kpis_and_those_of_users(quiet: ReportData) -> None:
-    main = {kpi_title(kpi.name, kpi.unit) for kpi in quiet.kpis if kpi.name in MAIN}
+    main = {value_title(kpi) for kpi in quiet.kpis if kpi.name in MAIN}
     assert titles(quiet) == main
     assert len(main) == len(MAIN)
     users = [_reported(Column("own_m", over="all"), "user"), *quiet.kpis]
@@ -47,7 +47,7 @@ def test_lines_begin_and_end_where_the_profile_does(quiet: ReportData) -> None:
     kpi = next(kpi for kpi in quiet.kpis if kpi.name == "time_to_goal_s")
     profile = profile_of(kpi, quiet)
     assert profile is not None
-    time = next(figure for figure in section.figures if figure.title == "time to goal [s]")
+    time = next(figure for figure in section.figures if figure.title == "time to goal if reached [s]")
     for line in time.lines:
         curve = profile.curves[line.style.name]
         places = [tuple(map(float, part.split())) for part in line.d.lstrip("M").split("L")]

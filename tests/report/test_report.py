@@ -49,7 +49,7 @@ def test_sentences_say_who_solved_what(run: ReportData, html: str) -> None:
     text = " ".join(Elements(html).text)
     for planner in ("potential_field", "pd", "fabrics"):
         row = run.summary[(run.summary["scenario"] == "all") & (run.summary["planner"] == planner)].iloc[0]
-        assert f"{planner} solved {row['successes']} of 12 problems (" in text
+        assert f"{planner} solved {row['successes']}/12 problems (" in text
     assert "worker crash in 1" in text
     assert "95 % interval" in text
 

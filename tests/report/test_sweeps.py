@@ -30,13 +30,25 @@ def test_every_kpi_has_its_figure(run: ReportData) -> None:
     (sweep,) = section.sweeps
     assert sweep.title == "base: gain"
     titles = [figure.title for figure in [*sweep.figures, *sweep.further]]
-    assert titles[0] == "success rate"
+    assert titles[0] == "success rate, mean of 3 scenarios"
     assert len(titles) > 10
     for figure in sweep.figures:
         assert [tick.label for tick in figure.x_ticks] == ["1.0", "10.0"]
+        assert figure.x_title == "gain"
         (line,) = figure.lines
         assert len(line.dots) == 2
         assert all(0 <= x <= 1000 and 0 <= y <= 1000 for x, y, _ in line.dots)
+
+
+def test_points_have_intervals_and_say_of_how_much(run: ReportData) -> None:
+    section = sweep_section(swept(run), planner_styles(run.trials["planner"]))
+    assert section is not None
+    success = section.sweeps[0].figures[0]
+    summary = run.summary[run.summary["scenario"] == "all"].set_index("planner")
+    names = list(dict.fromkeys(run.trials["planner"]))[:2]
+    for name, (_, _, text) in zip(names, success.lines[0].dots, strict=True):
+        assert text.endswith(f"), {summary.loc[name, 'successes']}/{summary.loc[name, 'trials']}")
+    assert success.lines[0].whiskers.count("M") == 2
 
 
 def test_the_section_is_shown(run: ReportData) -> None:

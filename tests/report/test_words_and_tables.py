@@ -20,47 +20,9 @@ from pytest_lpb.report.packing import unpacked
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.report import page, render
 from pytest_lpb.report.text import planner_rows
-from pytest_lpb.report.winners import winners, winners_summary
 from pytest_lpb.run.tables import comparisons_table, summary_table
 
 from .runs import make_run
-
-
-def judged(run: ReportData, success: dict[str, float], verdict: str = "", kpi: str = "success") -> ReportData:
-    """The run with these success rates of 4 trials in its first scenario, and a verdict on pd against fabrics."""
-    scenario = run.trials["scenario"].iloc[0]
-    summary = run.summary[run.summary["scenario"] == scenario].copy()
-    summary["success_rate"] = [success[name] for name in summary["planner"]]
-    summary["successes"] = (4 * summary["success_rate"]).astype(int)
-    summary["trials"] = 4
-    row = {"planner_a": "fabrics", "planner_b": "pd", "scenario": scenario, "kpi": kpi, "verdict": verdict}
-    trials = run.trials[run.trials["scenario"] == scenario]
-    return replace(run, trials=trials, summary=summary, comparisons=pd.DataFrame([row]))
-
-
-@pytest.mark.parametrize(
-    ("success", "verdict", "kpi", "ahead", "decided", "text"),
-    [
-        ({"pd": 1.0, "fabrics": 0.5}, "better", "success", ["pd"], True, "solves 4 of 4, fabrics 2 of 4"),
-        ({"pd": 1.0, "fabrics": 0.5}, "inconclusive", "success", ["pd"], False, "solves 4 of 4, fabrics 2 of 4"),
-        ({"pd": 0.5, "fabrics": 1.0}, "worse", "success", ["fabrics"], True, "solves 4 of 4, pd 2 of 4"),
-        ({"pd": 1.0, "fabrics": 1.0}, "worse", "time_to_goal_s", ["fabrics"], True, "as successful, at the goal after"),
-        ({"pd": 1.0, "fabrics": 1.0}, "same", "time_to_goal_s", ["pd", "fabrics"], False, "each solves 4 of 4"),
-        ({"pd": 0.0, "fabrics": 0.0}, "", "success", [], False, "nobody solved a problem"),
-    ],
-)
-def test_who_is_ahead(
-    success: dict[str, float], verdict: str, kpi: str, ahead: list[str], decided: bool, text: str
-) -> None:
-    data = judged(make_run(planners=("pd", "fabrics"), seeds=4, crashed=False), success, verdict, kpi)
-    styles = planner_styles(["pd", "fabrics"])
-    (winner,) = winners(data, styles)
-    assert [style.name for style in winner.styles] == ahead
-    assert winner.decided == decided
-    assert winner.text.startswith(text)
-    words = winners_summary([winner], styles)
-    assert words.startswith("Of 1 scenario: ")
-    assert ("(1 decided)" in words) == decided
 
 
 def test_the_heat_map_has_every_kpi_with_values(run: ReportData) -> None:
@@ -104,7 +66,7 @@ def test_a_users_kpi_is_in_all_tables_and_figures() -> None:
 
 def test_tables_say_what_the_csv_files_say(run: ReportData) -> None:
     summary, comparisons = tables(run)
-    assert [row[:2] for row in summary.rows] == run.summary[["scenario", "planner"]].to_numpy().tolist()
+    assert sorted(row[:2] for row in summary.rows) == sorted(run.summary[["scenario", "planner"]].to_numpy().tolist())
     assert "solver time p50 [ms] †" in summary.heads
     assert "Timing was contended" in summary.caption
     assert all(len(row) == len(table.heads) for table in (summary, comparisons) for row in table.rows)

@@ -28,12 +28,15 @@ def row(scenario: str, planner: str, rate: float, clearance: float) -> dict[str,
     return {
         "scenario": scenario,
         "planner": planner,
+        "successes": int(8 * rate),
+        "trials": 8,
         "success_rate": rate,
         "success_low": rate - 0.1,
         "success_high": rate + 0.1,
         "clearance_min_m_median": clearance,
         "clearance_min_m_q1": clearance - 1.0,
         "clearance_min_m_q3": clearance + 1.0,
+        "clearance_min_m_n": 1,
     }
 
 
@@ -67,7 +70,7 @@ def test_a_parameter_of_a_planner() -> None:
     horizon, step, _ = sweeps_of(INFO)
     first, second = horizon.curves(SUMMARY, "success_rate")
     assert (first.label, second.label) == ("step 0.1", "step 0.2")
-    assert first.points == [Point(5, 0.5, 0.4, 0.6), Point(20, 0.75, 0.65, 0.85)]
+    assert first.points == [Point(5, 0.5, 0.4, 0.6, "4/8"), Point(20, 0.75, 0.65, 0.85, "6/8")]
     assert [point.figure for point in second.points] == [0.25, 0.625]
     labels = {curve.label: [point.figure for point in curve.points] for curve in step.curves(SUMMARY, "success_rate")}
     assert labels == {"horizon 20": [0.75, 0.625], "horizon 5": [0.5, 0.25]}
@@ -76,7 +79,7 @@ def test_a_parameter_of_a_planner() -> None:
 def test_values_that_are_missing_are_left_out() -> None:
     horizon = sweeps_of(INFO)[0]
     _, second = horizon.curves(SUMMARY, "clearance_min_m_median")
-    assert second.points == [Point(20, 3.0, 2.0, 4.0)]
+    assert second.points == [Point(20, 3.0, 2.0, 4.0, "1 problem")]
 
 
 def test_a_knob_of_a_scenario_has_a_curve_per_planner() -> None:

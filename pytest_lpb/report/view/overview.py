@@ -77,12 +77,12 @@ class KnownFailure:
 
 @dataclass(frozen=True)
 class Winner:
-    """Who is ahead in one scenario, and by what."""
+    """Who is ahead in one scenario (`all`: over all of them), and by what."""
 
     scenario: str
     styles: Sequence[PlannerStyle]  # none: nobody solved anything
     text: str
-    decided: bool  # by a test, not by the figures alone
+    standing: str  # ahead, equal, undecided, nobody
 
 
 @dataclass(frozen=True)

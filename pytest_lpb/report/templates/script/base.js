@@ -10,6 +10,8 @@ function build(node, attributes, children) {
   node.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== ""));
   return node;
 }
+// 1 pair, 3 pairs.
+const counted = (number, noun) => `${number} ${noun}${number === 1 ? "" : "s"}`;
 const el = (tag, attributes = {}, ...children) => build(document.createElement(tag), attributes, children);
 const svg = (tag, attributes = {}, ...children) => build(document.createElementNS(SVG, tag), attributes, children);
 
@@ -65,10 +67,7 @@ function ticks(low, high, most) {
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const found = [];
   for (let number = Math.ceil(low / step - 1e-9); number * step <= high + step * 1e-9; number += 1) {
-    const value = number * step, size = Math.max(Math.abs(low), Math.abs(high));
-    const digits = number === 0 ? 0 : Math.max(0, Math.floor(Math.log10(Math.abs(value)) + 1e-9) - Math.floor(Math.log10(step) + 1e-9));
-    const text = number === 0 ? "0" : value.toExponential(digits).replace("e+", "e");
-    found.push([value, (size < 1e-3 || size >= 1e6 ? text : value.toFixed(Math.min(decimals, 8)).replace(/^-(0(\.0*)?)$/, "$1")).replaceAll("-", "−")]);
+    found.push([number * step, (number * step).toFixed(Math.min(decimals, 8)).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−")]);
   }
   return found;
 }
@@ -76,7 +75,7 @@ function ticks(low, high, most) {
 // Three significant digits, with a true minus sign.
 function figure(value) {
   if (!Number.isFinite(value)) return "–";
-  const size = Math.abs(Number(value.toPrecision(3)));
+  const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(1).replaceAll("-", "−");
   const decimals = size === 0 ? 0 : Math.max(0, 2 - Math.floor(Math.log10(size)));
   return value.toFixed(Math.min(decimals, 6)).replace("-", "−");

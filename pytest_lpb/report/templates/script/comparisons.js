@@ -25,13 +25,14 @@ async function fillComparisons() {
   label(comparisonTable);
 }
 
-// A row of the picture: the difference and its interval, in [%] of A's median.
-function forestRow(title, verdict, [middle, low, high], solved, text) {
+// A row of the picture: the difference and its interval if it has one, in [%] of A's figure, or in percentage points.
+function forestRow(title, unit, verdict, [middle, low, high], solved, text) {
   const place = (share) => 500 + 500 * Math.sign(share) * Math.min(Math.abs(share) / WIDEST, 1) ** 0.5;
   const ends = [low, high].map(place);
-  const marks = [path("zero", "M500 0V1000"), path("whisker", `M${ends[0]} 500H${Math.max(ends[1], ends[0] + 1)}`),
+  const known = low !== null && high !== null;
+  const marks = [path("zero", "M500 0V1000"), known ? path("whisker", `M${ends[0]} 500H${Math.max(ends[1], ends[0] + 1)}`) : null,
     svg("rect", { class: "point", x: place(middle) - 4, y: 300, width: 8, height: 400 })];
-  const told = `${figure(middle)} % (${figure(low)} to ${figure(high)} %)`;
+  const told = `${figure(middle)} ${unit}` + (known ? ` (${figure(low)} to ${figure(high)})` : "");
   return el("div", { class: "row" }, el("div", { class: "name" }, title, solved ? el("small", {}, " both solved") : ""),
     svg("svg", { class: `plot v-${verdict || "none"}`, viewBox: "0 0 1000 1000", preserveAspectRatio: "none", role: "img", "aria-label": `${title}: ${told}` },
       svg("title", {}, `${title}: ${told}`), marks),
@@ -57,8 +58,9 @@ async function showForest() {
   const places = [-200, -50, -10, 0, 10, 50, 200].map((share) => [50 + 50 * Math.sign(share) * (Math.abs(share) / WIDEST) ** 0.5, figure(share)]);
   frame.replaceChildren(
     el("figcaption", {}, planner(known[b]), " against ", planner(known[a]), " ",
-      el("small", {}, "difference in % of the median of A (success: percentage points), with its 95 % interval; square-root axis; green: B better, red: B worse")),
-    ...drawn.map((row) => forestRow(data.kpis[row[3]][1], VERDICTS[row[4]], row[7], row[5], `${VERDICTS[row[4]] || "no direction"} · ${row[6][0][0]} pairs`)),
+      el("small", {}, "difference in % of A's figure (success: percentage points), with its 95 % interval; square-root axis; green: B better, red: B worse")),
+    ...drawn.map((row) => forestRow(data.kpis[row[3]][1] + (data.kpis[row[3]][3] ? " †" : ""), data.kpis[row[3]][0] === "success" ? "percentage points" : "%",
+      VERDICTS[row[4]], row[7], row[5], `${VERDICTS[row[4]] || "no direction"} · ${counted(row[6][0][1], "pair")}`)),
     axis(places));
 }
 

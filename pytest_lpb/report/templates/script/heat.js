@@ -19,8 +19,8 @@ async function showHeat(name) {
   const title = heatSelect.selectedOptions[0].textContent;
   const better = { lower: ", lower is better", higher: ", higher is better", none: "" }[data[name]?.[0]];
   document.getElementById("heat-note").textContent = data[name]
-    ? `median ${title}${better}; the best of each row is darkest, quartiles below`
-    : "share of distinct problems solved, with its 95 % interval";
+    ? `median ${title}${better}; the best of each row is darkest; below: quartiles and how many problems have a value`
+    : "trials solved; success rate with its 95 % interval";
   heatRows().forEach((cells, row) => {
     if (!data[name]) { cells.forEach((cell, place) => cell.replaceWith(successCells[row][place].cloneNode(true))); return; }
     const [direction, rows] = data[name];
@@ -32,6 +32,14 @@ async function showHeat(name) {
       cell.replaceChildren(el("b", {}, found ? found[0] : "–"), found ? el("small", {}, found[2]) : "");
     });
   });
+}
+
+// On a phone, what lies to the right is not seen to be there.
+const heatHint = document.querySelector(".scroll-hint");
+if (heatHint) {
+  const box = heatHint.nextElementSibling;
+  const observer = new ResizeObserver(() => { heatHint.hidden = box.scrollWidth <= box.clientWidth; });
+  [box, box.firstElementChild].forEach((part) => observer.observe(part));
 }
 
 if (heatSelect) {

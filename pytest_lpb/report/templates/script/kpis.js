@@ -45,7 +45,7 @@ async function kpiFigure(name, scenario = null) {
   const shown = data.figures[name];
   const frame = el("figure", { class: "kpi", "data-kpi": shown ? name : "success" });
   if (!shown) {
-    frame.append(el("figcaption", {}, "success rate [%] ", el("small", {}, "bar: share of distinct problems solved · whisker: 95 % Wilson interval")));
+    frame.append(el("figcaption", {}, "success rate [%] ", el("small", {}, "bar: rate, each problem weighing the same, over all scenarios their mean · whisker: its 95 % interval · 17/22: trials solved")));
     for (const group of data.success.filter(own)) build(frame, {}, [head(group), group[1].map(successRow)]);
     frame.append(axis(QUARTERS));
     return frame;
