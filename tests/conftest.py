@@ -20,7 +20,7 @@ KEPT = (gymnasium, matplotlib, pd, pyarrow, scipy)
 pytest_plugins = ["pytester", "tests.plugin.fixtures"]
 
 # Property tests draw the same examples in every run. The random search is a command of its own, and says its seed:
-# pytest --hypothesis-profile=search --hypothesis-seed=N
+# pytest -m hypothesis --hypothesis-profile=search --hypothesis-seed=N
 # Machines are shared: how long an example takes says nothing about the code.
 settings.register_profile(
     "repeatable", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True, database=None

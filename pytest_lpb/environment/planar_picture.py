@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
+from pytest_lpb.environment.framing import with_neighbours
+from pytest_lpb.environment.heading import arrow, heading_of
 from pytest_lpb.environment.picture import RealTime
 from pytest_lpb.errors import LpbError
 from pytest_lpb.problem.planar.collision import PlanarCollision
 from pytest_lpb.problem.planar.robot import PlanarRobot
-from pytest_lpb.problem.planar.shapes import outline_of
+from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
 from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.shown import literal
@@ -25,7 +28,8 @@ DPI = 100
 MARGIN_M = 0.5  # [m] around everything that is drawn
 WINDOW_RATE_HZ = 20.0  # pictures per second of simulated time in a window
 WINDOWLESS_BACKENDS = ("agg", "pdf", "svg", "ps", "cairo", "template")
-ROBOT, GOAL, OBSTACLE, PATH = "#0072b2", "#009e73", "#7f7f7f", "#d55e00"
+# No planner's colour of the report, since the robot is any planner's.
+ROBOT, GOAL, OBSTACLE, PATH, INK = "#51606f", "#009e73", "#b8bfc7", "#d55e00", "#1b1f24"
 
 
 class PlanarPicture:
@@ -68,6 +72,7 @@ class PlanarPicture:
         self._axes.plot(xs, ys, color=ROBOT, alpha=0.7, linewidth=2.0)
         for ax, ay, bx, by, radius in PlanarCollision(robot, []).capsules(frames):
             self._axes.add_patch(Polygon(_capsule(ax, ay, bx, by, radius), color=ROBOT, alpha=0.7, linewidth=0))
+        self._draw_heading(robot, q)
         self._finish(problem, row)
         canvas: Any = self._figure.canvas
         canvas.draw()
@@ -89,6 +94,12 @@ class PlanarPicture:
             else:
                 turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
                 self._axes.add_patch(Polygon(np.array(outline) @ turn + (x, y), color=OBSTACLE, linewidth=0))
+
+    def _draw_heading(self, robot: PlanarRobot, q: list[float]) -> None:
+        found = heading_of(robot)
+        if found is not None:
+            for line in arrow(robot.forward_kinematics(q, found[0]), found[1]):
+                self._axes.plot(line[:, 0], line[:, 1], color=INK, linewidth=1.6, solid_capstyle="round")
 
     def _draw_goal(self, problem: Problem, row: int) -> None:
         for goal in problem.goal:
@@ -139,22 +150,26 @@ def _capsule(ax: float, ay: float, bx: float, by: float, radius: float) -> NDArr
 
 
 def _extent(problem: Problem, around: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Corners of what is seen: start, goal, obstacles at all times of the trial, an arm's reach, and what is around."""
+    """Corners of what is seen: start, goal, an arm's reach, what is around, and obstacles near them."""
     t = np.linspace(0.0, problem.duration, 50)
     points = [problem.robot.link_positions(problem.start_q[None])[0]]
-    sizes = [0.0]
     points += [g.motion.evaluate(t)[0] for g in problem.goal if g.type == "position" and g.motion.size == 2]
-    for obstacle in problem.obstacles:
-        points.append(obstacle.poses(t[:1])[0])
-        sizes.append(obstacle.radius or max(obstacle.size or (0.0,)))
     reach = sum(getattr(problem.robot, "lengths", ()))
     points.append(np.array([[-reach, -reach], [reach, reach]]) if reach else points[0])
     stacked = np.vstack(points)
-    margin = MARGIN_M + max(sizes)
-    low, high = stacked.min(axis=0) - margin, stacked.max(axis=0) + margin
+    low, high = stacked.min(axis=0), stacked.max(axis=0)
     if len(around):
-        size = high - low
+        size = np.maximum(high - low, 2.0 * MARGIN_M)
         # A path that runs far away must not shrink the picture.
-        wanted_low, wanted_high = around.min(axis=0) - MARGIN_M, around.max(axis=0) + MARGIN_M
-        low, high = np.minimum(low, wanted_low.clip(low - size)), np.maximum(high, wanted_high.clip(None, high + size))
-    return low, high
+        low = np.minimum(low, around.min(axis=0).clip(low - size))
+        high = np.maximum(high, around.max(axis=0).clip(None, high + size))
+    margin = MARGIN_M + problem.robot.body_radius
+    return with_neighbours(low - margin, high + margin, _boxes(problem))
+
+
+def _boxes(problem: Problem) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Corners around each obstacle as it stands at the start."""
+    for obstacle in problem.obstacles:
+        place = obstacle.poses(np.zeros(1))[0][0]
+        size = planar_shape(obstacle.entry).circumradius
+        yield place - size, place + size

@@ -9,6 +9,7 @@ from PIL import ImageDraw, ImageFont
 
 from pytest_lpb.environment.camera import Image
 from pytest_lpb.environment.goal_marks import GoalMark, goal_marks, traced_pose
+from pytest_lpb.environment.heading import arrow, heading_of
 from pytest_lpb.environment.paint import Rgb, add_ball, add_samples, backdrop, sampled
 from pytest_lpb.environment.picture import RealTime
 from pytest_lpb.environment.spatial_view import camera_for, start_frames
@@ -29,6 +30,7 @@ PAPER: Rgb = (240, 242, 245)  # around the letters
 TEXT_PX = 14
 MARK_SIZE = 0.035  # half a goal's cross, or an axis of a frame, in distances of the camera
 CELLS_M = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # of the grid on the ground
+ABOVE = 0.02  # of its length, by which the arrow of a heading is above the ground
 CELLS_ACROSS = 6  # of them at least, in the distance of the camera
 
 
@@ -103,6 +105,7 @@ class RenderedScene:
         self.camera = camera_for(problem, self._client, self._bodies, (WIDTH, HEIGHT), around)
         cells = [cell for cell in CELLS_M if cell * CELLS_ACROSS <= self.camera.distance]
         self._backdrop = backdrop(self.camera, max(cells, default=CELLS_M[0]))
+        self._heading = heading_of(self._robot)
         self._font = ImageFont.load_default(TEXT_PX)
         self.restart()
 
@@ -122,6 +125,7 @@ class RenderedScene:
         add_samples(picture, depth, np.concatenate(self._path), PATH)
         for mark in goal_marks(self._problem, t, frames):
             self._add_mark(picture, depth, mark)
+        self._add_heading(picture, depth, frames)
         return self._with_title(picture, f"{self._problem.name}, seed {self._problem.seed}, t = {t:.2f} s")
 
     def _extend_path(self, frames: FloatArray) -> None:
@@ -139,6 +143,12 @@ class RenderedScene:
             add_samples(picture, depth, sampled(self.camera, ends), GOAL if mark.rotation is None else color)
         if mark.radius > 0.0:
             add_ball(picture, depth, self.camera, mark.position, mark.radius, GOAL)
+
+    def _add_heading(self, picture: Image, depth: FloatArray, frames: FloatArray) -> None:
+        if self._heading is not None:
+            link, length = self._heading
+            for line in arrow(frames[self._robot.link_index(link)], length):
+                add_samples(picture, depth, sampled(self.camera, line + np.array([0.0, 0.0, ABOVE * length])), INK)
 
     def _with_title(self, picture: Image, title: str) -> Image:
         canvas = Pillow.fromarray(picture)

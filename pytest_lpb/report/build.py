@@ -46,6 +46,7 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
         aggregates=aggregates_table(trials, evaluation.kpis),
         retimed=retimed,
         title=evaluation.run.name,
+        folder=folder,
         missing=evaluation.missing,
         resume=_resume(evaluation),
     )

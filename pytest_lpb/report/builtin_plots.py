@@ -12,6 +12,7 @@ from pytest_lpb.report.depiction import depiction_for
 from pytest_lpb.report.plots import plot
 from pytest_lpb.report.projection import PROJECTIONS, Disc
 from pytest_lpb.report.scene_marks import goal_points, primary_link
+from pytest_lpb.shown import literal
 
 if TYPE_CHECKING:
     from pytest_lpb.trajectory import Trajectory
@@ -80,10 +81,10 @@ def goal_error(trajectory: Trajectory, axes: Any) -> None:
 @plot("action")
 def action(trajectory: Trajectory, axes: Any) -> None:
     """The planner's actions over time (lines), and what the limits left of them (dots)."""
-    for index in range(trajectory.action.shape[1]):
+    for index, name in enumerate(trajectory.problem.robot.action_names):
         colour = f"C{index % 10}"
         series = trajectory.action[:, index]
-        axes.step(trajectory.t, series, where="post", color=colour, label=f"action{index}")
+        axes.step(trajectory.t, series, where="post", color=colour, label=literal(name))
         axes.plot(trajectory.t, trajectory.applied[:, index], ".", color=colour, markersize=2)
     axes.set(xlabel="time [s]", ylabel=f"action ({trajectory.problem.control})")
     axes.legend(loc="best", fontsize="small")

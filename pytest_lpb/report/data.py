@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_lpb.run.plan import TrialKey
@@ -40,5 +41,6 @@ class ReportData:
     retimed: Retimed | None = None  # calls timed again by `lpb-report --retime`
     gate: GateResult | None = None  # verdicts against a baseline
     title: str = ""  # the run folder's name
+    folder: Path | None = None  # where the report will lie; None: in the run folder
     missing: Sequence[TrialKey] = ()  # planned trials that are not among `trials`
     resume: str = ""  # the command that runs them; empty: none does

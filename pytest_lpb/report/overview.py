@@ -71,7 +71,7 @@ def _statement(data: ReportData, style: PlannerStyle) -> Statement:
     failures = endings(trials)[~trials["success"].eq(True)].value_counts()
     details += [f"{str(outcome).replace('_', ' ')} in {number}" for outcome, number in failures.items()]
     known = int(reasons(trials).ne("").sum())
-    details += [f"{known} of them known failures"] if known else []
+    details += [f"{count(known, 'known failure')} among them"] if known else []
     return Statement(style, text, ", ".join(details))
 
 

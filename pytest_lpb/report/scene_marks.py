@@ -174,7 +174,7 @@ def contact_point(drawn: Drawn) -> FloatArray:
     robot, link_path = trajectory.problem.robot, drawn.path
     body_name = str(trajectory.columns.get("clearance_body", np.full(len(trajectory), ""))[row])
     obstacle = str(trajectory.columns.get("clearance_obstacle", np.full(len(trajectory), ""))[row])
-    body = next((body for body in _bodies(robot) if body.name == body_name), None)
+    body = next((body for body in known_bodies(robot) if body.name == body_name), None)
     if body is None or drawn.outcome != "collision" or f"obstacle_{obstacle}_x" not in trajectory.columns:
         return np.asarray(link_path[row])
     d = trajectory.problem.dimension
@@ -187,7 +187,7 @@ def contact_point(drawn: Drawn) -> FloatArray:
     return np.asarray(samples[np.argmin(np.linalg.norm(away, axis=1))])
 
 
-def _bodies(robot: Robot) -> Sequence[CollisionBody]:
+def known_bodies(robot: Robot) -> Sequence[CollisionBody]:
     """What collides; nothing when a mesh cannot be read any more."""
     try:
         return robot.collision_bodies

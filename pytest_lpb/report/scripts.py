@@ -16,6 +16,7 @@ SCRIPTS = (
     "scenarios.js",
     "charts.js",
     "motion.js",
+    "gestures.js",
     "planar.js",
     "raster.js",
     "spatial.js",

@@ -23,7 +23,7 @@ def timelines(drawn: Sequence[Drawn]) -> list[Timeline]:
     problem = drawn[0].trajectory.problem
     goal = problem.primary
     errors = zip(*(trial.trajectory.goal_errors(goal) for trial in drawn), strict=True)
-    clearances = [trial.trajectory.clearance for trial in drawn]
+    clearances = [trial.trajectory.step_clearance for trial in drawn]
     found = [
         *(
             _timeline("goal error", unit_text(part.unit), drawn, values, part.tolerance, "tolerance")

@@ -10,6 +10,7 @@ import pandas as pd
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.known_failures import reasons
 from pytest_lpb.report.numbers import count, kpi_title, show
+from pytest_lpb.report.origins import origins
 from pytest_lpb.report.overview import endings
 from pytest_lpb.report.packing import packed
 from pytest_lpb.report.replay.blocks import Replays, replays
@@ -33,7 +34,7 @@ def trial_pages(data: ReportData, styles: Mapping[str, PlannerStyle]) -> TrialPa
 
 def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerStyle]) -> dict[str, Any]:
     """Planners, scenarios, KPIs; and of each trial its id, their places, seed, outcome, problem, KPIs as text,
-    and why it was known to fail."""
+    why it was known to fail, and what it is in which run."""
     planners, scenarios = list(styles), [str(name) for name in dict.fromkeys(trials["scenario"])]
     kpis = [kpi for kpi in data.kpis if kpi.name in trials]
     problems = {str(text): place for place, text in enumerate(dict.fromkeys(trials["problem_hash"].fillna("")))}
@@ -41,7 +42,10 @@ def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerSt
         (str(row["planner"]), str(row["scenario"])): [show(row.get(f"{kpi.name}_median")) for kpi in kpis]
         for row in data.summary.to_dict("records")
     }
+    rows = trials.assign(outcome=endings(trials), known_failure=reasons(trials)).to_dict("records")
+    runs, places = origins(data, rows)
     return {
+        "runs": runs,
         "planners": [
             {"name": style.name, "colour": style.colour, "dash": style.dash, "number": style.number}
             for style in styles.values()
@@ -59,8 +63,9 @@ def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerSt
                 problems["" if pd.isna(row["problem_hash"]) else str(row["problem_hash"])],
                 [show(row[kpi.name]) for kpi in kpis],
                 row["known_failure"],
+                *place,
             ]
-            for row in trials.assign(outcome=endings(trials), known_failure=reasons(trials)).to_dict("records")
+            for row, place in zip(rows, places, strict=True)
         ],
     }
 

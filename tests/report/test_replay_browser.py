@@ -72,7 +72,7 @@ def test_a_trial_is_opened_from_the_table(browser: Chromium, report_address: str
         "pytest --lpb-planners=fabrics"
     )
     titles = browser.run("[...document.querySelectorAll('#trial-body figcaption')].map(f => f.textContent)")
-    for start in ("distance to goal [m]", "clearance [m]", "action [rad/s²]", "solver time [ms]"):
+    for start in ("distance to goal [m]", "clearance [m]", "position [rad]", "action [rad/s²]", "solver time [ms]"):
         assert any(title.startswith(start) for title in titles)
     assert browser.run("document.querySelectorAll('#trial-body table tbody tr').length") > 15
     assert browser.errors == []
@@ -137,8 +137,8 @@ def test_two_planners_side_by_side_and_in_one_picture(browser: Chromium, report_
         == 2
     )
     legend = "[...document.querySelectorAll('.timelines .legend')]"
-    names = browser.run(f"{legend}.map(node => [...node.children].map(key => key.innerText))")
-    assert names == [["action0", "action1", "action2"]]  # once, though two planners are drawn
+    names = browser.run(f"{legend}.map(node => [...node.querySelectorAll('button')].map(key => key.innerText))")
+    assert names == [["joint1", "joint2", "joint3"]] * 3  # once, though two planners are drawn
     lines = "[...document.querySelectorAll('.timelines .legend path')]"
     assert len(set(browser.run(f"{lines}.map(line => line.getAttribute('stroke-dasharray'))"))) == 3
     assert browser.errors == []
@@ -303,7 +303,7 @@ def test_a_trial_without_a_replay_says_how_to_see_it(browser: Chromium, report_a
     open_view(browser, report_address, route(str(crashed)))
     text = browser.run("document.getElementById('trial-body').textContent")
     assert "neither time series nor a replay" in text
-    assert f"lpb-report RUN --trial {crashed} --video trial.mp4" in text
+    assert f"lpb-report {report_address[7:].rpartition('/')[0]} --trial {crashed} --video trial.mp4" in text
 
 
 def test_recorded_text_runs_no_script(browser: Chromium, run: ReportData, tmp_path: Path) -> None:

@@ -14,16 +14,19 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
+from pytest_lpb.problem.problem import Problem
 from pytest_lpb.problem.spatial.rotations import matrix_of
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.packing import packed, unpacked
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.replay.blocks import replays
-from pytest_lpb.report.replay.charts import charts
+from pytest_lpb.report.replay.charts import charts, diagnostics_left_out
 from pytest_lpb.report.replay.choice import MAX_REPLAYS, in_order_of_interest
-from pytest_lpb.report.replay.numbers import fine_step, listed, thinned_rows
+from pytest_lpb.report.replay.motion import motion_for
+from pytest_lpb.report.replay.numbers import changed_rows, fine_step, listed, needed_rows, thinned_rows
 from pytest_lpb.report.replay.shapes import MAX_TRIANGLES, mesh_block, simplified
 from pytest_lpb.report.replay.spatial import continuous
+from pytest_lpb.report.replay.trial import bounds, robot_block, scene_block, trial_block
 from pytest_lpb.report.trial_pages import trial_pages
 from pytest_lpb.trajectory import Trajectory
 from tests.problem.spatial.entries import write_torus
@@ -185,12 +188,117 @@ def test_the_budget_and_the_number_are_kept() -> None:
 def test_charts_have_every_action_and_the_limits(run: ReportData) -> None:
     trajectory = run.trajectory_of("scenarios/arm/reach.yaml::pd::seed0")
     found = {chart["title"]: chart for chart in charts(trajectory)}
-    assert list(found) == ["distance to goal [m]", "clearance [m]", "action [rad/s²]", "solver time [ms]"]
-    assert [line["name"] for line in found["action [rad/s²]"]["lines"]] == ["action0", "action1", "action2"]
+    task, motion = ["distance to goal [m]", "clearance [m]", "solver time [ms]"], ["position", "velocity", "action"]
+    assert list(found) == [*task, *(f"{what} [{unit}]" for what, unit in zip(motion, UNITS, strict=True))]
+    joints = list(trajectory.problem.robot.joint_names)
+    assert [line["name"] for line in found["action [rad/s²]"]["lines"]] == joints
+    assert [chart.get("below", False) for chart in found.values()] == [False] * 3 + [True] * 3
     assert found["distance to goal [m]"]["limit"] == 0.12
     line = found["distance to goal [m]"]["lines"][0]
     rows = np.searchsorted(trajectory.t, read(line["t"])[:, 0] - 1e-6)
     assert read(line["v"])[:, 0] == pytest.approx(trajectory.goal_error("reach")[rows], abs=0.01)
+
+
+UNITS = ("rad", "rad/s", "rad/s²")
+
+
+def changed(trajectory: Trajectory, columns: dict[str, Array], **robot: Any) -> Trajectory:
+    """The trial with other columns, and a robot with other entries."""
+    entry = trajectory.problem.to_dict()
+    problem = Problem.from_dict({**entry, "robot": {**entry["robot"], **robot}}, trajectory.problem.name)
+    kept = {name: values.copy() for name, values in trajectory.columns.items()}
+    return Trajectory({**kept, **columns}, trajectory.metadata, problem)
+
+
+def test_charts_show_limits_of_positions_velocities_and_actions(run: ReportData) -> None:
+    limits = {
+        "position": [[-2.0, 1.5], None, None],
+        "velocity": [[-1.0, 1.0]] * 3,
+        "acceleration": [None, None, [-4.0, 4.0]],
+    }
+    arm = changed(run.trajectory_of("scenarios/arm/reach.yaml::pd::seed0"), {}, limits=limits)
+    found = {chart["title"].partition(" ")[0]: chart["lines"] for chart in charts(arm)}
+    assert [line.get("limits") for line in found["position"]] == [[-2.0, 1.5], None, None]
+    assert [line.get("limits") for line in found["velocity"]] == [[-1.0, 1.0]] * 3
+    assert [line.get("limits") for line in found["action"]] == [None, None, [-4.0, 4.0]]
+
+
+def test_a_cart_is_steered_by_v_and_w(run: ReportData) -> None:
+    titles = [chart["title"] for chart in charts(run.trajectory_of("scenarios/cart/crossing.yaml::pd::seed0"))]
+    motion = ["position [m]", "position theta [rad]", "velocity v [m/s]", "velocity w [rad/s]", "action v [m/s]"]
+    assert titles[3:] == [*motion, "action w [rad/s]"]
+
+
+def test_what_a_planner_records_is_charted(run: ReportData) -> None:
+    plain = run.trajectory_of("scenarios/arm/reach.yaml::pd::seed0")
+    rows = np.arange(len(plain), dtype=float)
+    every_second = np.where(rows % 2 == 0, rows, np.nan)
+    columns = {f"planner_key_{number:02}": every_second for number in range(14)} | {"planner_none": rows * np.nan}
+    recorded = changed(plain, columns)
+    shown = [chart for chart in charts(recorded) if chart["title"].startswith("planner: ")]
+    assert [chart["title"] for chart in shown] == [f"planner: key {number:02}" for number in range(12)]
+    assert read(shown[0]["lines"][0]["v"])[-1, 0] == pytest.approx(rows[-1] - rows[-1] % 2)
+    assert diagnostics_left_out(recorded) == ["key_12", "key_13", "none"]
+
+
+@given(arrays(float, st.integers(1, 60), elements=st.floats(-100, 100)), st.sampled_from([0.01, 1.0, 30.0]))
+def test_lines_pass_all_rows_that_are_left_out(values: Array, tolerance: float) -> None:
+    t = np.linspace(0.0, 1.0, len(values))
+    rows = needed_rows(t, values, tolerance)
+    assert np.abs(np.interp(t, t[rows], values[rows]) - values).max() <= tolerance * (1 + 1e-9)
+    assert {values.min(), values.max()} <= set(values[rows].tolist())
+    held = changed_rows(values, tolerance)
+    assert {held[0], held[-1]} == {0, len(values) - 1}
+    before = held[np.searchsorted(held, np.arange(len(values)), side="right") - 1]
+    assert np.abs(values[before] - values).max() <= tolerance
+
+
+def framed(run: ReportData, obstacles: list[dict[str, Any]]) -> tuple[Array, Array, dict[str, Any]]:
+    """The frame of a trial on the point with these obstacles, and its scene."""
+    trajectory = run.trajectory_of("scenarios/point/two_obstacles.yaml::pd::seed0")
+    problem = Problem.from_dict({**trajectory.problem.to_dict(), "obstacles": obstacles}, "point/two_obstacles")
+    moved, motion = Trajectory(trajectory.columns, trajectory.metadata, problem), motion_for(2)
+    return *bounds(moved, motion), scene_block(moved, motion)
+
+
+def test_a_replay_is_framed_by_robot_goal_and_path(run: ReportData) -> None:
+    disc = {"name": "disc", "shape": "circle", "radius": 0.4}
+    low, high, _ = framed(run, [])
+    points = run.trajectory_of("scenarios/point/two_obstacles.yaml::pd::seed0").link("body")[:, :2]
+    assert (low <= points.min(axis=0) - 0.15 + 1e-9).all()
+    assert (high >= points.max(axis=0) + 0.15 - 1e-9).all()
+    assert float((high - low).max()) < 6.0
+    far_low, far_high, scene = framed(run, [{**disc, "position": [60.0, -40.0]}])
+    assert (far_low.tolist(), far_high.tolist()) == (low.tolist(), high.tolist())
+    assert scene["low"][1] == -40.4  # all obstacles can be shown
+    assert scene["high"][0] == 60.4
+    near_low, near_high, _ = framed(run, [{**disc, "position": [float(high[0]) + 0.5, float(low[1])]}])
+    assert near_high[0] == pytest.approx(high[0] + 0.9)
+    assert near_low[1] == pytest.approx(low[1] - 0.4)
+
+
+def test_bases_have_a_heading_and_trials_a_time_of_contact(run: ReportData, spatial: ReportData) -> None:
+    for data, scenario, moves in (
+        (run, "cart/crossing", True),
+        (run, "arm/reach", False),
+        (spatial, "cart/drive", True),
+    ):
+        trajectory = data.trajectory_of(f"scenarios/{scenario}.yaml::pd::seed0")
+        trajectory.metadata["contact_time_s"] = 1.2345  # type: ignore[index] # a dictionary here
+        motion = motion_for(trajectory.problem.dimension)
+        heading = robot_block(trajectory, motion)["heading"]
+        block = trial_block(trajectory, motion)
+        del trajectory.metadata["contact_time_s"]  # type: ignore[attr-defined] # as above
+        assert block["contact"] == 1.2345
+        assert trial_block(trajectory, motion)["contact"] is None
+        assert (heading is not None) == moves
+        if heading is not None:
+            body, length = heading
+            theta = trajectory.q[-1, 2]
+            turn = read(block["turn"]).reshape(len(read(block["t"])), -1, 1 if data is run else 4)[-1, body]
+            found = turn[0] if data is run else 2 * np.arctan2(turn[3], turn[0])
+            assert np.cos(found - theta) == pytest.approx(1.0, abs=1e-3)
+            assert 0.2 < length < 2.0
 
 
 @pytest.mark.parametrize("far", [1e13, 1e300, np.inf, np.nan])

@@ -40,6 +40,11 @@ class DifferentialDrive(PlanarRobot):
         """v is the rate of a length, w of an angle."""
         return ("prismatic", "revolute")
 
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """Forward speed and turning rate."""
+        return ("v", "w")
+
     def _geometry(self) -> tuple[CollisionBody, ...]:
         return (CollisionBody("base", "base", ((0.0, 0.0, 0.0, 0.0, self.body_radius),)),)
 

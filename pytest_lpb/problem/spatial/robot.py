@@ -72,6 +72,11 @@ class SpatialRobot(Robot):
         return (*self.moving_base.action_kinds, *self.joint_types[self._base_joints :])
 
     @property
+    def action_names(self) -> tuple[str, ...]:
+        """What each entry of u moves: what the base is steered by, then joints."""
+        return (*self.moving_base.actions, *self.joint_names[self._base_joints :])
+
+    @property
     def headings(self) -> tuple[int, ...]:
         """Index in q of the heading of a moving base."""
         return (2,) if self._base_joints else ()

@@ -30,6 +30,12 @@ class Motion(Protocol):
 
     meshes: list[Path]  # files that parts refer to by their place, in the order in which they were met
 
+    def extent(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """Points (M, 2 or 3) [m] around what collides of a robot, at q (N, dof)."""
+
+    def heading(self, robot: Robot) -> list[Any] | None:
+        """Place of the body along whose x-axis the base heads, and the length of its arrow [m]; None without one."""
+
     def robot(self, robot: Robot) -> list[Any]:
         """Parts of a robot, each with the place of its body in `poses`."""
 

@@ -54,3 +54,33 @@ def thinned_rows(values: FloatArray, most: int) -> NDArray[np.intp]:
         for row in (begin + int(low[begin:end].argmin()), begin + int(high[begin:end].argmax()))
     ]
     return np.unique([0, *rows, count - 1])
+
+
+def needed_rows(t: FloatArray, values: FloatArray, tolerance: float) -> NDArray[np.intp]:
+    """Rows of a series (N,) over t (N,) whose straight lines pass every row within `tolerance`.
+
+    Ramer, Douglas and Peucker's algorithm with distances along the values' axis; the first and last rows, the
+    smallest and the largest are kept.
+    """
+    if len(values) < 3:
+        return np.arange(len(values))
+    kept = {0, len(values) - 1, int(values.argmin()), int(values.argmax())}
+    open_stretches = list(pairwise(sorted(kept)))
+    while open_stretches:
+        begin, end = open_stretches.pop()
+        inner = slice(begin + 1, end)
+        off = np.abs(values[inner] - np.interp(t[inner], t[[begin, end]], values[[begin, end]]))
+        if len(off) and off.max() > tolerance:
+            worst = begin + 1 + int(off.argmax())
+            kept.add(worst)
+            open_stretches += [(begin, worst), (worst, end)]
+    return np.array(sorted(kept))
+
+
+def changed_rows(values: FloatArray, tolerance: float) -> NDArray[np.intp]:
+    """Rows of a series (N,) that differ from the one kept before by more than `tolerance`; the first and the last."""
+    kept: list[int] = []
+    for row, value in enumerate(values.tolist()):
+        if not kept or abs(value - values[kept[-1]]) > tolerance:
+            kept.append(row)
+    return np.unique([*kept, len(values) - 1]) if kept else np.arange(0)

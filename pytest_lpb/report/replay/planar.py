@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.environment.heading import heading_of
 from pytest_lpb.problem.planar.shapes import outline_of, planar_shape
 
 if TYPE_CHECKING:
@@ -26,15 +27,29 @@ class PlanarMotion:
         self.meshes: list[Path] = []
 
     def robot(self, robot: Robot) -> list[Any]:
-        """Capsules of the bodies; `wheels` for a base that cannot move sideways."""
-        parts: list[Any] = [
+        """Capsules of the bodies."""
+        return [
             ["capsule", _links(robot).index(body.link), *(round(number, DIGITS) for number in capsule)]
             for body in robot.collision_bodies
             for capsule in body.capsules
         ]
-        if robot.non_holonomic:
-            parts.append(["heading", 0, round(robot.body_radius, DIGITS)])
-        return parts
+
+    def heading(self, robot: Robot) -> list[Any] | None:
+        """The base's."""
+        found = heading_of(robot)
+        return None if found is None else [_links(robot).index(found[0]), round(found[1], DIGITS)]
+
+    def extent(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """Corners of squares around the ends of the capsules."""
+        frames = np.array([robot.frames(row) for row in q.tolist()])
+        points = [frames[:, :, :2].reshape(-1, 2)]
+        for body in robot.collision_bodies:
+            x, y, cos, sin = np.moveaxis(frames[:, robot.link_index(body.link)], 1, 0)
+            for ax, ay, bx, by, radius in body.capsules:
+                for px, py in ((ax, ay), (bx, by)):
+                    end = np.column_stack([x + cos * px - sin * py, y + sin * px + cos * py])
+                    points += [end - radius, end + radius]
+        return np.concatenate(points)
 
     def poses(self, robot: Robot, q: FloatArray) -> FloatArray:
         """x, y, angle of the links that have bodies; the angle is never wrapped."""

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.environment.heading import heading_of
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.rotations import quaternions_of
 from pytest_lpb.problem.spatial.solids import geometry_of, pose_from, solid_of
 from pytest_lpb.problem.spatial.triangles import can_be_read
 from pytest_lpb.problem.spatial.urdf import Geometry
+from pytest_lpb.report.scene_marks import known_bodies
 
 if TYPE_CHECKING:
     from pytest_lpb.problem.obstacle import Obstacle
@@ -35,10 +37,29 @@ class SpatialMotion:
         assert isinstance(robot, SpatialRobot)
         return [self._part(shape, body) for body, (_, shapes) in enumerate(_bodies(robot)) for shape in shapes]
 
-    def poses(self, robot: Robot, q: FloatArray) -> FloatArray:
-        """Position and quaternion of the links that have parts; quaternions do not jump to their negative."""
+    def heading(self, robot: Robot) -> list[Any] | None:
+        """The base's."""
         assert isinstance(robot, SpatialRobot)
-        chosen = [robot.link_index(name) for name, _ in _bodies(robot)]
+        found = heading_of(robot)
+        return None if found is None else [_posed(robot).index(found[0]), round(found[1], DIGITS)]
+
+    def extent(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """Corners of cubes around the ends of the bodies' capsules; the links where a mesh cannot be read any more."""
+        assert isinstance(robot, SpatialRobot)
+        frames = robot.link_frames_along(q)
+        points = [frames[:, :, :3, 3].reshape(-1, 3)]
+        for body in known_bodies(robot):
+            pose = frames[:, robot.link_index(body.link)]
+            for capsule in body.capsules:
+                for point in (capsule[:3], capsule[3:6]):
+                    end = pose[:, :3, :3] @ np.array(point) + pose[:, :3, 3]
+                    points += [end - capsule[6], end + capsule[6]]
+        return np.concatenate(points)
+
+    def poses(self, robot: Robot, q: FloatArray) -> FloatArray:
+        """Position and quaternion of the links that are told; quaternions do not jump to their negative."""
+        assert isinstance(robot, SpatialRobot)
+        chosen = [robot.link_index(name) for name in _posed(robot)]
         frames = robot.link_frames_along(q)[:, chosen]
         turns = quaternions_of(frames[..., :3, :3].reshape(-1, 3, 3)).reshape(*frames.shape[:2], 4)
         return np.concatenate([frames[..., :3, 3], continuous(turns)], axis=2)
@@ -76,6 +97,13 @@ def continuous(turns: FloatArray) -> FloatArray:
     result = turns.copy()
     result[1:] *= np.cumprod(signs, axis=0)[..., None]
     return result
+
+
+def _posed(robot: SpatialRobot) -> list[str]:
+    """Links whose poses are told: those with something to draw, then the one that shows the heading."""
+    drawn = [name for name, _ in _bodies(robot)]
+    found = heading_of(robot)
+    return drawn if found is None or found[0] in drawn else [*drawn, found[0]]
 
 
 def _bodies(robot: SpatialRobot) -> Iterator[tuple[str, list[Geometry]]]:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_lpb.environment.framing import with_neighbours
 from pytest_lpb.errors import LpbError
-from pytest_lpb.report.replay.charts import charts
+from pytest_lpb.report.numbers import finite
+from pytest_lpb.report.replay.charts import charts, diagnostics_left_out
 from pytest_lpb.report.replay.motion import Motion
 from pytest_lpb.report.replay.numbers import fine_step, listed
 from pytest_lpb.report.scene_marks import configurations, finite_rows, goal_points, primary_link
@@ -48,7 +50,9 @@ def trial_block(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
         "low": np.round(low, 4).tolist(),
         "high": np.round(high, 4).tolist(),
         "touched": _touched(trajectory),
+        "contact": finite(trajectory.contact_time),
         "charts": charts(trajectory),
+        "more": diagnostics_left_out(trajectory),
     }
 
 
@@ -57,35 +61,54 @@ def scene_block(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
     problem = trajectory.problem
     low, high = bounds(trajectory, motion)
     step = fine_step(np.array([0.0, float((high - low).max())]), POSITION_PARTS)
+    whole = _everything(trajectory, motion)
     return {
         "dimension": problem.dimension,
+        "low": np.round(whole[0], 4).tolist(),
+        "high": np.round(whole[1], 4).tolist(),
         "obstacles": [_obstacle(obstacle, problem, motion, step) for obstacle in problem.obstacles],
         "goal": _goal(trajectory, step),
     }
 
 
 def robot_block(trajectory: Trajectory, motion: Motion) -> dict[str, Any]:
-    """The parts of the robot."""
-    return {"parts": motion.robot(trajectory.problem.robot)}
+    """The parts of the robot, and where it heads."""
+    robot = trajectory.problem.robot
+    return {"parts": motion.robot(robot), "heading": motion.heading(robot)}
 
 
 def bounds(trajectory: Trajectory, motion: Motion) -> tuple[FloatArray, FloatArray]:
-    """Corners (2 or 3,) [m] of what is to be seen: everything fixed, and the robot unless it runs far away."""
-    problem, dimension = trajectory.problem, trajectory.problem.dimension
+    """Corners (2 or 3,) [m] of what is to be seen: the robot on its way unless it runs far away, its goal, and
+    obstacles near them."""
+    robot = trajectory.problem.robot
     q = configurations(trajectory)[_spread(finite_rows(trajectory), MAX_FRAMES)]
-    links = problem.robot.link_positions(q).reshape(-1, dimension)
-    fixed = [problem.robot.link_positions(q[:1]).reshape(-1, dimension)]
     goal = goal_points(trajectory)
-    fixed.append(goal[np.isfinite(goal).all(axis=1)])
-    times = np.linspace(0.0, float(trajectory.t[-1]), 25)
-    fixed += [_around(motion, it, times if it.moving else times[:1]) for it in problem.obstacles]
-    points = np.concatenate(fixed)
-    low, high = points.min(axis=0), points.max(axis=0)
+    goal = goal[np.isfinite(goal).all(axis=1)]
+    tolerance = trajectory.problem.primary.tolerance or 0.0
+    fixed = np.concatenate([motion.extent(robot, q[:1]), goal - tolerance, goal + tolerance])
+    low, high = fixed.min(axis=0), fixed.max(axis=0)
     reach = max(FARTHEST * float((high - low).max()), 1.0)
-    near = links[(np.abs(links - 0.5 * (low + high)) < reach).all(axis=1)]
-    radius = max(problem.robot.body_radius, 0.05)
-    both = np.concatenate([points, near - radius, near + radius])
-    return both.min(axis=0), both.max(axis=0)
+    points = motion.extent(robot, q)
+    near = points[(np.abs(points - 0.5 * (low + high)) < reach).all(axis=1)]
+    low, high = np.minimum(low, near.min(axis=0, initial=np.inf)), np.maximum(high, near.max(axis=0, initial=-np.inf))
+    standing = [obstacle for obstacle in trajectory.problem.obstacles if not obstacle.moving]
+    return with_neighbours(low, high, (_box(_around(motion, it, np.zeros(1))) for it in standing))
+
+
+def _everything(trajectory: Trajectory, motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Corners (2 or 3,) [m] of the frame with all obstacles, wherever they move."""
+    low, high = bounds(trajectory, motion)
+    times = np.linspace(0.0, float(trajectory.t[-1]), 25)
+    obstacles = trajectory.problem.obstacles
+    boxes = [_box(_around(motion, it, times if it.moving else times[:1])) for it in obstacles]
+    return (
+        np.array([low, *(box[0] for box in boxes)]).min(axis=0),
+        np.array([high, *(box[1] for box in boxes)]).max(axis=0),
+    )
+
+
+def _box(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return points.min(axis=0), points.max(axis=0)
 
 
 def _around(motion: Motion, obstacle: Obstacle, t: FloatArray) -> FloatArray:
@@ -146,5 +169,6 @@ def _touched(trajectory: Trajectory) -> str | None:
     names = trajectory.columns.get("clearance_obstacle")
     if trajectory.outcome != "collision" or names is None:
         return None
-    touching = np.flatnonzero(trajectory.clearance < 0)
+    clearance = trajectory.step_clearance
+    touching = np.flatnonzero(clearance <= 0.0)
     return str(names[touching[0]]) if len(touching) else None

@@ -51,7 +51,12 @@ def goal(kind: str, target: ArrayLike, **entry: Any) -> Entry:
 def obstacle(shape: str, position: Sequence[float] | Array, **entry: Any) -> Entry:
     """An obstacle: its sizes, and where it moves its velocity and acceleration; `orientation` as observations say."""
     found: Entry = {"name": "thing", "shape": shape, "radius": None, "size": None, "length": None, "file": None}
-    found |= {"scale": 1.0, "concave": False, "moving": "velocity" in entry or "acceleration" in entry}
+    found |= {
+        "scale": 1.0,
+        "concave": False,
+        "parameters": {},
+        "moving": "velocity" in entry or "acceleration" in entry,
+    }
     still = np.zeros(len(position))
     found |= {"velocity": still, "acceleration": still, "orientation": UPRIGHT[len(position)]}
     return found | {"position": position} | entry

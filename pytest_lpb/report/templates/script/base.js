@@ -67,7 +67,10 @@ function ticks(low, high, most) {
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const found = [];
   for (let number = Math.ceil(low / step - 1e-9); number * step <= high + step * 1e-9; number += 1) {
-    found.push([number * step, (number * step).toFixed(Math.min(decimals, 8)).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−")]);
+    const value = number * step, size = Math.max(Math.abs(low), Math.abs(high));
+    const digits = number === 0 ? 0 : Math.max(0, Math.floor(Math.log10(Math.abs(value)) + 1e-9) - Math.floor(Math.log10(step) + 1e-9));
+    const text = number === 0 ? "0" : value.toExponential(digits).replace("e+", "e");
+    found.push([value, (size < 1e-3 || size >= 1e6 ? text : value.toFixed(Math.min(decimals, 8)).replace(/^-(0(\.0*)?)$/, "$1")).replaceAll("-", "−")]);
   }
   return found;
 }
@@ -75,7 +78,7 @@ function ticks(low, high, most) {
 // Three significant digits, with a true minus sign.
 function figure(value) {
   if (!Number.isFinite(value)) return "–";
-  const size = Math.abs(value);
+  const size = Math.abs(Number(value.toPrecision(3)));
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(1).replaceAll("-", "−");
   const decimals = size === 0 ? 0 : Math.max(0, 2 - Math.floor(Math.log10(size)));
   return value.toFixed(Math.min(decimals, 6)).replace("-", "−");

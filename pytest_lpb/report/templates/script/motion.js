@@ -35,7 +35,7 @@ class Poses {
 async function loadScene(key) {
   const data = await unpack(key);
   return {
-    dimension: data.dimension,
+    dimension: data.dimension, low: data.low, high: data.high,
     obstacles: data.obstacles.map((obstacle) => {
       const count = obstacle.at.n;
       const times = Float64Array.from({ length: count }, (_, row) => (count > 1 ? obstacle.duration * row / (count - 1) : 0));
@@ -54,11 +54,11 @@ async function loadTrack(place, style, trial) {
   const scene = await loadScene(data.scene);
   return {
     trial, style, scene, end: data.end, low: data.low, high: data.high, touched: data.touched,
-    parts: (await unpack(data.robot)).parts,
+    contact: data.contact, more: data.more, ...(await unpack(data.robot)),
     poses: new Poses(data, columns(data.t)[0], scene.dimension),
     path: { t: columns(data.path.t)[0], at: columns(data.path.at) },
     charts: data.charts.map((chart) => ({
-      ...chart, lines: chart.lines.map((line) => ({ name: line.name, t: columns(line.t)[0], v: columns(line.v)[0] })),
+      ...chart, lines: chart.lines.map((line) => ({ ...line, t: columns(line.t)[0], v: columns(line.v)[0] })),
     })),
   };
 }

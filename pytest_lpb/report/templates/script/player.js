@@ -10,13 +10,14 @@ class Player {
     this.playing = false;
     const box = boxOf(tracks);
     const dimension = tracks[0].scene.dimension;
-    this.camera = dimension === 3 ? STAGES.camera(() => this.draw()) : null;
+    this.camera = new CAMERAS[dimension](() => this.draw());
     const groups = layout === "overlay" ? [tracks] : tracks.map((track) => [track]);
     this.stages = groups.map((group) => this.stage(group, dimension, box));
     this.charts = this.chartFigures();
     this.node = el("div", { class: "player" + (groups.length > 1 ? " two" : "") },
-      el("div", {}, el("div", { class: "stages" }, this.stages.map((stage) => stage.node)), this.bar(), this.camera ? this.camera.controls() : ""),
-      el("div", { class: "timelines" }, this.charts.map((chart) => chart.node)));
+      el("div", {}, el("div", { class: "stages" }, this.stages.map((stage) => stage.node)), this.bar(), this.camera.controls()),
+      el("div", { class: "timelines" }, this.charts.filter((chart) => !chart.below).map((chart) => chart.node)),
+      el("div", { class: "timelines below" }, this.charts.filter((chart) => chart.below).map((chart) => chart.node)));
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.node);
     this.stages.forEach(({ view }) => view.ready?.then(() => this.draw()));
@@ -24,11 +25,27 @@ class Player {
 
   stage(group, dimension, box) {
     const names = group.map((track) => track.style.name).join(" and ");
-    const canvas = el("canvas", { role: "img", "aria-label": `Motion of ${names}`, tabindex: this.camera ? 0 : null });
+    const canvas = el("canvas", { role: "img", "aria-label": `Motion of ${names}`, tabindex: 0 });
     const view = new STAGES[dimension](canvas, group, box, this.camera);
-    this.camera?.attach(canvas);
+    this.camera.attach(canvas, view);
+    const name = el("span", { class: "name-tip", hidden: true });
+    this.names(canvas, view, name);
     const captions = group.map((track) => el("span", {}, planner(track.style), " ", chip(track.trial)));
-    return { view, node: el("figure", {}, el("figcaption", {}, captions), canvas) };
+    return { view, node: el("figure", {}, el("figcaption", {}, captions), el("div", { class: "stage" }, canvas, name)) };
+  }
+
+  // Names of obstacles under the pointer, or where a finger is put.
+  names(canvas, view, tip) {
+    const show = ({ offsetX, offsetY, type, buttons: pressed }) => {
+      const name = type === "pointermove" && pressed ? "" : view.hit([offsetX, offsetY], this.t);
+      tip.hidden = !name;
+      tip.textContent = name || "";
+      const left = offsetX > canvas.clientWidth / 2;
+      tip.style.cssText = `${left ? "right" : "left"}:${left ? canvas.clientWidth - offsetX + 8 : offsetX + 14}px;top:${offsetY + 12}px`;
+    };
+    canvas.addEventListener("pointermove", show);
+    canvas.addEventListener("pointerdown", show);
+    canvas.addEventListener("pointerleave", ({ pointerType }) => { tip.hidden ||= pointerType === "mouse"; });
   }
 
   chartFigures() {

@@ -94,7 +94,7 @@ class SpatialStage {
     const forward = [-Math.cos(pitch) * Math.cos(yaw), -Math.cos(pitch) * Math.sin(yaw), -Math.sin(pitch)];
     const right = [-Math.sin(yaw), Math.cos(yaw), 0];
     const up = cross(right, forward);
-    const distance = 2.1 * this.radius / zoom;
+    const distance = 2.4 * this.radius / zoom;
     this.eye = this.middle.map((value, axis) => value - distance * forward[axis]);
     this.toLight = unit(forward.map((value, axis) => -0.5 * value + 0.45 * up[axis] - 0.35 * right[axis] + (axis === 2 ? 0.6 : 0)));
     const focal = LENS * Math.min(width, height) / 2;
@@ -118,6 +118,24 @@ class SpatialStage {
       const light = 0.5 + 0.55 * Math.max(0, side * dot(normal, this.toLight));
       this.raster.triangle(seen[a], seen[b], seen[c], Raster.word(rgb.map((value) => Math.min(255, value * light))), sparse);
     }
+  }
+
+  // Name of the nearest obstacle at a place [px].
+  hit([x, y], t) {
+    if (!this.project) return "";
+    let [nearest, name] = [0, ""];
+    this.obstacles.forEach((meshes, place) => {
+      const obstacle = this.tracks[0].scene.obstacles[place];
+      const pose = poseOf(obstacle.poses.body(0, t));
+      for (const { vertices, faces } of meshes) {
+        const seen = vertices.map((point) => this.project(moved(pose, point)));
+        for (const face of faces) {
+          const corners = face.map((corner) => seen[corner]);
+          if (corners.every(Boolean) && corners[0][2] > nearest && within(corners, [2 * x, 2 * y])) [nearest, name] = [corners[0][2], obstacle.name];
+        }
+      }
+    });
+    return name;
   }
 
   line(points, rgb, thickness, nearer) {
@@ -169,6 +187,11 @@ class SpatialStage {
       if (!poses.has(mesh.body)) poses.set(mesh.body, poseOf(track.poses.body(mesh.body, t)));
       this.mesh(mesh, poses.get(mesh.body), skin);
     }
+    if (track.heading) {
+      const [body, length] = track.heading;
+      const pose = poseOf(track.poses.body(body, t));
+      for (const part of arrow(length)) this.line(part.map(([x, y]) => moved(pose, [x, y, 0.02 * length])), colour("--ink"), 4, 1.002);
+    }
     this.line(wholePath(track), mixed(hue, colour("--card"), 0.6), 2, 1.004);
     this.line(pathUntil(track, t), hue, 5, 1.006);
   }
@@ -196,38 +219,29 @@ class Camera {
     this.changed();
   }
   attach(canvas) {
-    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-    canvas.addEventListener("pointermove", (event) => { if (event.buttons) this.turn(-event.movementX * 0.01, event.movementY * 0.01); });
-    canvas.addEventListener("wheel", (event) => {
-      if (!event.ctrlKey && document.activeElement !== canvas) return; // else the page scrolls
-      event.preventDefault();
-      this.closer(event.deltaY < 0 ? 1.1 : 1 / 1.1);
-    }, { passive: false });
-    const keys = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
-    canvas.addEventListener("keydown", (event) => {
-      if (keys[event.key]) this.turn(...keys[event.key]);
-      else if (event.key === "+" || event.key === "=") this.closer(1.2);
-      else if (event.key === "-") this.closer(1 / 1.2);
-      else return;
-      event.preventDefault();
+    listen(canvas, {
+      move: (dx, dy) => this.turn(-dx * 0.01, dy * 0.01),
+      key: (x, y) => this.turn(0.1 * x, -0.1 * y),
+      zoom: (factor) => this.closer(factor),
+      reset: () => this.view("oblique"),
     });
   }
+  view(name) {
+    [this.yaw, this.pitch] = VIEWS[name];
+    this.zoom = 1;
+    this.changed();
+  }
   controls() {
-    const view = (name, text) => {
-      const button = el("button", { type: "button" }, text);
-      button.addEventListener("click", () => { [this.yaw, this.pitch] = VIEWS[name]; this.zoom = 1; this.changed(); });
-      return button;
-    };
-    const nearer = el("button", { type: "button", "aria-label": "Closer" }, "+");
-    const farther = el("button", { type: "button", "aria-label": "Farther" }, "−");
-    nearer.addEventListener("click", () => this.closer(1.25));
-    farther.addEventListener("click", () => this.closer(0.8));
     const box = el("input", { type: "checkbox", autocomplete: "off" });
     box.addEventListener("change", () => { this.through = box.checked; this.changed(); });
-    return el("p", { class: "camera" }, view("oblique", "oblique"), view("above", "from above"), view("side", "from the side"),
-      nearer, farther, el("label", {}, box, " see through obstacles"), el("small", {}, "drag or arrow keys: turn"));
+    return el("p", { class: "camera" }, buttons([
+      ["oblique", "View: oblique", () => this.view("oblique")], ["from above", "View: from above", () => this.view("above")],
+      ["from the side", "View: from the side", () => this.view("side")],
+      ["+", "Closer", () => this.closer(1.25)], ["−", "Farther", () => this.closer(0.8)],
+    ]), el("label", {}, box, " see through obstacles"),
+    el("small", {}, "drag or arrow keys: turn · wheel, pinch, + and −: zoom · double-click: reset"));
   }
 }
 
 STAGES[3] = SpatialStage;
-STAGES.camera = (changed) => new Camera(changed);
+CAMERAS[3] = Camera;

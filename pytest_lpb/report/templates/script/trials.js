@@ -8,17 +8,31 @@ function command(code, name) {
 }
 
 // Words and commands stand in the table of trials.
-function wordsOf(id) {
-  const row = rowOf(id);
+function wordsOf(index, trial) {
+  const row = rowOf(trial[0]);
   if (!row) return [];
   const repeat = row.querySelector("code")?.textContent;
+  const [folder, where] = runFolder(index.runs[trial[8]]);
   return [
-    ...all(".words p", row).map((text) => el("p", {}, text.textContent)),
-    ...(repeat ? [el("p", { class: "quiet" }, "Repeat it, or draw it as a video (in the folder above the run):"), command(repeat, "that repeats the trial")] : []),
-    command(`lpb-report RUN --trial ${quoted(id)} --video trial.mp4`, "that draws a video"),
+    ...all(".words p", row).map((text) => el("p", { class: text.className }, text.textContent)),
+    ...(repeat ? [el("p", { class: "quiet" }, "Repeat it, in the folder in which the run was started:"), command(repeat, "that repeats the trial")] : []),
+    el("p", { class: "quiet" }, `Draw it as a video${where}:`),
+    command(`lpb-report ${folder} --trial ${quoted(trial[9] || trial[0])} --video trial.mp4`, "that draws a video"),
   ];
 }
-const quoted = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\"'\"'")}'`);
+const quoted = (text) => (/^[\w@%+=:,./][\w@%+=:,./-]*$/.test(text) ? text : `'${text.replaceAll("'", "'\"'\"'")}'`);
+
+// A run's folder as it is typed. The page knows where it lies itself, wherever it was moved to.
+function runFolder([name, address]) {
+  if (location.protocol !== "file:") return [quoted(name), ", in the folder that holds the run"];
+  const path = new URL(address, location.href).pathname.replace(/(.)\/$/, "$1").replace(/\/latest$/, () => "/" + encodeURIComponent(name)); // `latest` leads to another run soon
+  try {
+    const typed = decodeURIComponent(path);
+    return [/^\/[A-Za-z]:\//.test(typed) ? `"${typed.slice(1)}"` : quoted(typed), ""];
+  } catch { // bytes that are no text
+    return [`$'${path.replaceAll("'", "\\'").replace(/%(..)/g, "\\x$1")}'`, ""];
+  }
+}
 
 function kpiTable(index, trial, other) {
   const medians = index.medians[trial[2]][trial[1]] || [];
@@ -65,7 +79,8 @@ async function motionOf(index, trial, other, layout) {
   const tracks = await Promise.all([trial, other].filter(Boolean).map((chosen) =>
     loadTrack(index.trials.indexOf(chosen), index.planners[chosen[2]], chosen)));
   trialPlayer = new Player(tracks, layout, (t) => address.write({ t: t > 0 ? t.toFixed(2) : "" }));
-  return trialPlayer.node;
+  const { more } = tracks[0];
+  return el("div", {}, trialPlayer.node, more.length ? el("p", { class: "quiet" }, `Of what the planner recorded, the trial's file has also: ${more.join(", ")}.`) : "");
 }
 
 views.trial = async (id, params) => {
@@ -89,7 +104,7 @@ views.trial = async (id, params) => {
   const motion = await motionOf(index, trial, other, params.get("layout"));
   crumbs.replaceChildren(el("a", { href: "#/trials" }, "trials"), " / ", el("a", { href: "#/scenario/" + encodeURIComponent(name) }, name), " ", neighbours(index, trial));
   title.replaceChildren(planner(style), ` on ${name}, seed ${seed} `, chip(trial));
-  body.replaceChildren(el("div", { class: "words" }, ...wordsOf(id)),
+  body.replaceChildren(el("div", { class: "words" }, ...wordsOf(index, trial)),
     trialPlayer && others.length ? choices(index, trial, others, params) : "", motion,
     el("h3", {}, "KPIs"), kpiTable(index, trial, other));
   trialPlayer?.show(Number(params.get("t")) || 0);
