@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pytest_lpb.environment.visuals import VisibleBodies
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.problem.robot import robot_from
+from pytest_lpb.problem.spatial.client import Client
 from pytest_lpb.problem.spatial.library import installed_folders
 from pytest_lpb.problem.spatial.meshes import mesh_vertices
 from pytest_lpb.problem.spatial.robot import SpatialRobot
@@ -19,8 +21,10 @@ from pytest_lpb.problem.spatial.urdf import UrdfModel
 from pytest_lpb.problem.spatial.urdf_reader import check_meshes_present, load_urdf
 from pytest_lpb.problem.spatial.urdf_writer import urdf_text
 from pytest_lpb.problem.spatial.world import World
+from pytest_lpb.report.replay.spatial import SpatialMotion
 from pytest_lpb.scenario.schema.robot import Robot
 from pytest_lpb.scenario.spatial import SpatialDescription
+from tests.problem.spatial.problems import spatial_problem
 from tests.problem.spatial.test_mesh_files import collada
 from tests.scenario.urdfs import BOX, TETRAHEDRON, joint, link, mesh, write_urdf
 
@@ -258,6 +262,11 @@ def test_what_is_only_seen_need_not_be_there(visual: str, note: str, tmp_path: P
     assert found.startswith("r.urdf:2: ")
     assert found.endswith(note)
     World(robot).close()
+    assert [part[0] for part in SpatialMotion().robot(robot)] == ["box"]  # in replays
+    problem = spatial_problem(robot.entry)
+    client = Client()
+    assert len(VisibleBodies(client, problem).robot_ids) == 1  # and in pictures
+    client.close()
 
 
 def test_meshes_that_a_scenario_replaces_need_not_be_there(tmp_path: Path) -> None:
@@ -300,7 +309,7 @@ def test_units_of_collada_are_applied(tmp_path: Path) -> None:
 def example_urdfs() -> list[Path]:
     """URDF files of example-robot-data, where it is installed: those that are read within 0.1 s."""
     files = sorted(path for folder in installed_folders()[1:] for path in folder.rglob("*.urdf"))
-    return [path for path in files if path.stat().st_size < 40_000]
+    return [path for path in files if path.stat().st_size < 20_000]
 
 
 def test_frames_of_public_robots() -> None:
