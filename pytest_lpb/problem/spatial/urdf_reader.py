@@ -300,7 +300,9 @@ class _Reader:
         if lower > upper and kind != "fixed":
             what = f"joint {name!r}: lower {lower:g} is above upper {upper:g}; it is taken to be unlimited"
             self._warnings.append(self._note(limit, what))
-        # 0 and 0, and bounds in the wrong order, stand for none, as PyBullet and others read them.
+        if lower == upper == 0.0 and len(given) == 2 and kind != "fixed":
+            self._notes.append(self._note(limit, f"joint {name!r}: limits of 0 and 0 stand for none"))
+        # Exporters write 0 and 0 for none; PyBullet takes bounds in the wrong order for none.
         return (-inf, inf, *rates) if lower > upper or lower == upper == 0.0 else (lower, upper, *rates)
 
     def _axis(self, element: Element) -> tuple[float, float, float]:
