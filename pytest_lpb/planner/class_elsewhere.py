@@ -12,6 +12,7 @@ from shutil import which
 from typing import Any
 
 from pytest_lpb.errors import ConfigurationError, LpbError
+from pytest_lpb.isolation.far.values import encoded
 from pytest_lpb.isolation.session import Session
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.base import Planner
@@ -145,4 +146,4 @@ class Command:
 
 
 def _key(values: Mapping[str, Any]) -> str:
-    return json.dumps(dict(values), sort_keys=True)
+    return json.dumps(dict(values), sort_keys=True, default=encoded)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import inspect
-import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.errors import PydanticUserError
 
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.far.values import decoded
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.elsewhere import FarParameters, IsolatedPlanner
@@ -68,13 +68,10 @@ class ClassHere:
         adapter = _adapter(self.identity, self.cls.Parameters)
         check_names(values, [item.name for item in dataclasses.fields(self.cls.Parameters)], self.identity, loc, place)
         try:
-            return adapter.validate_json(json.dumps(dict(values)), strict=True)
+            return decoded(values, lambda text: adapter.validate_json(text, strict=True), _places)
         except ValidationError as error:
             raise ConfigurationError(
-                "\n".join(
-                    f"{place(*loc, *map(str, fault['loc']))}: {fault['msg']}, found {fault['input']!r}"
-                    for fault in error.errors()
-                )
+                "\n".join(f"{place(*loc, *map(str, fault['loc']))}: {_told(fault)}" for fault in error.errors())
             ) from None
 
     def foresee(self, sets: Iterable[Mapping[str, Any]]) -> None:
@@ -110,6 +107,17 @@ class IsolatedClass(ClassHere):
     def build(self, parameters: FarParameters) -> Planner:
         """The planner in its process."""
         return IsolatedPlanner(parameters, self._isolation, self._reference, None)
+
+
+def _told(fault: Any) -> str:
+    if fault["type"] == "finite_number":
+        return f"found {fault['input']}; a finite number is required"
+    return f"{fault['msg']}, found {fault['input']!r}"
+
+
+def _places(error: Any) -> list[Any]:
+    """Where in the values pydantic's faults are."""
+    return [fault["loc"] for fault in error.errors()] if isinstance(error, ValidationError) else []
 
 
 @cache

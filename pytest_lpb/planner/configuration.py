@@ -12,6 +12,7 @@ from typing import Any
 
 from pytest_lpb.documents.reader import Document
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.far.values import encoded
 from pytest_lpb.isolation.settings import Isolation, faults_here
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.definition import Definition, definition_of
@@ -123,7 +124,7 @@ class PlannerConfiguration:
         """SHA-256 of everything that decides what the planner does, wherever its file lies."""
         content = {
             "class": self.definition.identity,
-            "parameters": self._defaults(),
+            "parameters": plain(resolved(self._validated(dict(self.parameters), "parameters"))),
             "per_robot": plain(self.per_robot),
             "period": self.period,
             "delay": self.delay,
@@ -152,7 +153,7 @@ class PlannerConfiguration:
             "planner": self.planner,
             "file": str(self.path) if self.path else None,
             "parameters": self._defaults(),
-            "per_robot": plain(self.per_robot),
+            "per_robot": encoded(self.per_robot),
             "parameters_hash": self.parameters_hash,
             "source_hash": self.source_hash,
             "source": self.source,
@@ -177,6 +178,10 @@ class PlannerConfiguration:
 
 
 def recorded(parameters: Any) -> Any:
-    """Parameters as records hold them, with all defaults."""
-    values = parameters.resolved if isinstance(parameters, FarParameters) else dataclasses.asdict(parameters)
-    return plain(values)
+    """Parameters as records hold them, with all defaults: in JSON's types, from which they can be loaded again."""
+    return encoded(resolved(parameters))
+
+
+def resolved(parameters: Any) -> Mapping[str, Any]:
+    """Parameters by name, with all defaults."""
+    return parameters.resolved if isinstance(parameters, FarParameters) else dataclasses.asdict(parameters)

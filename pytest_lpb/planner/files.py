@@ -20,6 +20,7 @@ from pytest_lpb.planner.registry import registered_names
 from pytest_lpb.problem.preview import MAX_STEPS
 from pytest_lpb.shipped import shipped_folder
 
+PARAMETERS = ("parameters", "per_robot")  # keys whose values a class reads: it may allow any number
 CONTROLS = ("acceleration", "velocity", "torque")
 
 
@@ -145,6 +146,7 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
     faults = [
         f"{path}:{document.line_of(loc)}: {'.'.join(map(str, loc))}: found {value}; a finite number is required"
         for loc, value in _not_finite(document.data, ())
+        if content.command or loc[0] not in PARAMETERS
     ]
     faults += [
         f"{path}:{document.line_of(('per_robot', key))}: per_robot: {key}: unknown control {control!r}"
@@ -197,7 +199,7 @@ def _message(document: Document, path: Path, fault: Any) -> str:
 
 
 def _not_finite(value: Any, loc: tuple[str | int, ...]) -> Iterator[tuple[tuple[str | int, ...], float]]:
-    """Places of infinities and NaN in a document: no JSON, and so no record of the run, could hold them."""
+    """Places of infinities and NaN in a document."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in items:
         yield from _not_finite(item, (*loc, key))

@@ -10,8 +10,9 @@ from pydantic import Field
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
 from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class PD(Planner):
@@ -26,13 +27,13 @@ class PD(Planner):
     class Parameters:
         """Gains of the law; `derivative: difference` is localPlannerBench's, with e_previous = 0 at the first call."""
 
-        p: float = 1.0  # [1/s^2]; velocity control: [1/s]
-        k: float = 2.0  # [1/s]; velocity control: [-], below 1 for the law to be stable
+        p: Finite = 1.0  # [1/s^2]; velocity control: [1/s]
+        k: Finite = 2.0  # [1/s]; velocity control: [-], below 1 for the law to be stable
         derivative: Literal["velocity", "difference"] = "velocity"
-        damping: Annotated[float, Field(ge=0.0)] = (
+        damping: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = (
             0.1  # of the inverse Jacobian [m]; must be above 0 where an arm can be singular
         )
-        lookahead: Annotated[float, Field(gt=0.0)] = (
+        lookahead: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] = (
             0.3  # a non-holonomic base is steered by the point this far ahead of it [m]
         )
 

@@ -22,8 +22,8 @@ from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances
 from pytest_lpb.planner.task import Task, check_control, damped_inverse
 
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 NOTHING = (np.zeros((0, 2, 0)), np.zeros((0, 2)))  # no points, no forces
 

@@ -35,7 +35,8 @@ def activate(config: pytest.Config) -> None:
         controller = ControllerPlugin(session, config, termination)
         manager.register(controller, "lpb-controller")
         manager.register(termination, "lpb-termination")
-        if manager.hasplugin("xdist"):
+        # By its hooks, whatever name xdist is loaded under: `-p xdist.plugin` gives it another than its entry point.
+        if hasattr(config.hook, "pytest_configure_node"):
             from pytest_lpb.plugin.crashes import CrashPlugin
 
             manager.register(CrashPlugin(session, controller.tell), "lpb-crashes")

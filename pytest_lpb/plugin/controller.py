@@ -82,6 +82,7 @@ class ControllerPlugin:
             "workers": session.workers,
             "rootdir": str(session.rootdir),
             "invocation": str(session.invocation),
+            "pythonpath": [str(path) for path in self._config.getini("pythonpath")],
             "arguments": list(self._config.args),
             "options": dict(session.options),
             "planned": planned(trials),

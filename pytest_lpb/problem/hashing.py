@@ -20,13 +20,15 @@ def canonical_json(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value in JSON's own types: what JSON cannot say, such as infinity or a path, becomes text."""
+    """A value in JSON's own types: what JSON cannot say, such as infinity or a path, becomes text; a set is sorted."""
     if isinstance(value, float) and not isfinite(value):
         return str(value)
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [plain(item) for item in value]
+    if isinstance(value, set | frozenset):
+        return sorted((plain(item) for item in value), key=canonical_json)
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)
 
 

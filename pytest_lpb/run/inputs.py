@@ -8,6 +8,7 @@ from typing import Any
 
 from pytest_lpb.documents.atomic import replace_file
 from pytest_lpb.documents.writer import dump_yaml
+from pytest_lpb.isolation.far.values import encoded
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.problem.hashing import plain
 
@@ -29,8 +30,8 @@ def write_planner_files(run: Path, planners: Iterable[PlannerConfiguration]) -> 
 
 def _content(planner: PlannerConfiguration) -> dict[str, Any]:
     optional = {
-        "parameters": plain(planner.parameters),
-        "per_robot": plain(planner.per_robot),
+        "parameters": encoded(planner.parameters),
+        "per_robot": encoded(planner.per_robot),
         "period": planner.period,
         "delay": planner.delay,
         "xfail": plain(planner.xfail),

@@ -28,7 +28,7 @@ def recorded_planners(
     ConfigurationError with what is missing.
     """
     info = run.info()
-    _extend_path(info, run.path)
+    look_up_as_the_run_did(info, run.path)
     load_user_modules(info.get("plugins", []), run.path)
     planners: dict[str, PlannerConfiguration] = {}
     warnings = []
@@ -42,12 +42,24 @@ def recorded_planners(
     return planners, warnings
 
 
-def _extend_path(info: Mapping[str, Any], run: Path) -> None:
+def look_up_as_the_run_did(info: Mapping[str, Any], run: Path) -> None:
+    """Have modules found where the run looked them up, then below the current folder; never in the run folder.
+
+    Folders of the ini value `pythonpath` that lay below the run's start are looked up below the current one, too.
+    """
     recorded = [Path(info[key]) for key in FOLDERS if info.get(key)]
-    for folder in (*recorded, Path.cwd()):
+    further = [Path(folder) for folder in info.get("pythonpath", ())]
+    here = [moved for folder in further if (moved := _moved(folder, info)) is not None]
+    for folder in (*recorded, *further, Path.cwd(), *here):
         outside = folder.is_absolute() and folder.is_dir() and not folder.resolve().is_relative_to(run)
         if outside and str(folder) not in sys.path:
             sys.path.append(str(folder))
+
+
+def _moved(path: Path, info: Mapping[str, Any]) -> Path | None:
+    """A path below a run's start as one below the current folder: the user's files may have been moved."""
+    start = info.get("invocation")
+    return Path.cwd() / path.relative_to(start) if start and path.is_relative_to(start) else None
 
 
 def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder, trusted: bool) -> PlannerConfiguration:
@@ -64,11 +76,7 @@ def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder, trusted: bool) 
         delay=entry["delay"],
         isolation=own_isolation(run, name, entry["planner"], recorded, trusted=trusted),
     )
-    try:
-        configuration.definition  # noqa: B018 - imports its class
-    except ConfigurationError:
-        # A class that a conftest.py registers, or one in a module that only pytest's settings lead to.
-        _load_source(entry, run)
+    load_class(configuration, entry, run)
     try:
         configuration.check()
     except LpbError as error:
@@ -78,8 +86,17 @@ def _loaded(name: str, entry: Mapping[str, Any], run: RunFolder, trusted: bool) 
     return configuration
 
 
-def _load_source(entry: Mapping[str, Any], run: RunFolder) -> None:
-    """Load the module that a run recorded, if there is one; a second look for the class tells what is missing."""
-    source = entry.get("source")
-    if source:
-        load_user_modules([source], run.path)
+def load_class(configuration: PlannerConfiguration, entry: Mapping[str, Any], run: RunFolder) -> None:
+    """Import a planner's class, from the file that the run had it from where its name alone does not lead to it.
+
+    Such a class is one that a conftest.py registers, or one in a module that only pytest's settings lead to. When it
+    cannot be found, the next look for it says what is missing.
+    """
+    try:
+        configuration.definition  # noqa: B018 - imports its class
+    except ConfigurationError:
+        source = entry.get("source")
+        if source:
+            moved = _moved(Path(source["file"]), run.info())
+            gone = moved is not None and not Path(source["file"]).is_file()
+            load_user_modules([{**source, "file": str(moved)} if gone else source], run.path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 import shlex
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +17,7 @@ from pytest_lpb.run.folder import RUN_FILE, RunFolder
 from pytest_lpb.run.inputs import planner_file
 from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plan import TrialKey
+from pytest_lpb.run.recorded_planners import load_class, look_up_as_the_run_did
 from pytest_lpb.run.provenance import PACKAGES, git_state, installed_version
 from pytest_lpb.trial.files import read_metadata
 
@@ -76,9 +76,7 @@ def findings(run: RunFolder, *, trusted: bool = False) -> Iterator[Finding]:
     info = _info(run)
     for name, scenario in info["scenarios"].items():
         yield _scenario(name, scenario)
-    here = Path.cwd()
-    if str(here) not in sys.path and not here.is_relative_to(run.path):
-        sys.path.insert(0, str(here))
+    look_up_as_the_run_did(info, run.path)
     for name, planner in info["planners"].items():
         yield _planner(run, name, planner, trusted)
     for name in PACKAGES:
@@ -102,6 +100,7 @@ def _planner(run: RunFolder, name: str, recorded: Mapping[str, Any], trusted: bo
     try:
         read = read_planner(file, name)
         now = replace(read, isolation=own_isolation(run, name, read.planner, read.isolation, trusted=trusted))
+        load_class(now, recorded, run)
         hashes = {"parameters": now.parameters_hash, "code": now.source_hash}
     except LpbError as error:
         return Finding(what, "missing", in_one_line(error))

@@ -112,6 +112,7 @@ class _RunFile(_Part):
     workers: Count | None = None
     rootdir: str | None = None
     invocation: str | None = None
+    pythonpath: list[str] = []
     arguments: list[str] | None = None
     options: dict[str, Any] | None = None
     planned: Annotated[dict[Key, dict[Name, str]], AfterValidator(_plan)] | None = None

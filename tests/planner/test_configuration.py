@@ -2,13 +2,20 @@
 
 # ruff: noqa: E501 - tables of one case a line
 
+import importlib
+import json
+import math
+import os
 import pickle
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.far.description import described
+from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.files import find_planners, read_planner
 from pytest_lpb.planner.pd import PD
 
@@ -116,8 +123,8 @@ def test_shipped_files_are_right_and_say_what_they_are(name: str) -> None:
         ("planner: pd\nper_robot: {point: {kp: 1.0}}\n", "planners/mine.yaml:2: per_robot: point: kp: unknown parameter; did you mean 'p' or 'k'?; PD has damping, derivative, k, lookahead, p"),
         ("planner: potential_field\nparameters: {spacing: 0}\n", "parameters: spacing: Input should be greater than 0, found 0"),
         ("planner: potential_feild\n", "unknown planner 'potential_feild'; did you mean 'potential_field'?"),
-        ("planner: pd\nparameters: {p: .inf}\n", "planners/mine.yaml:2: parameters.p: found inf; a finite number is required"),
-        ("planner: pd\nper_robot: {point: {p: .nan}}\n", "planners/mine.yaml:2: per_robot.point.p: found nan; a finite number is required"),
+        ("planner: pd\nparameters: {p: .inf}\n", "planners/mine.yaml:2: parameters: p: found inf; a finite number is required"),
+        ("planner: pd\nper_robot: {point: {p: .nan}}\n", "planners/mine.yaml:2: per_robot: point: p: found nan; a finite number is required"),
         ("planner: ':Mine'\n", "planner ':Mine': write it as module:Class"),
         ("planner: '.mine:Mine'\n", "planner '.mine:Mine': write it as module:Class"),
         ("planner: no.such.module:Mine\n", "planner 'no.such.module:Mine': cannot import 'no.such.module'"),
@@ -194,3 +201,85 @@ def test_faults_of_a_module(code: str, message: str, monkeypatch: pytest.MonkeyP
     assert first in text
     assert text.endswith(last)
     assert "\n" not in text
+
+
+RICH = """from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from math import inf, nan
+from pathlib import Path
+from pytest_lpb import Planner
+class Mode(Enum):
+    BOLD = "bold"
+    CALM = "calm"
+class Level(IntEnum):
+    LOW = 1
+@dataclass(frozen=True)
+class Inner:
+    bound: float = -inf
+class Rich(Planner):
+    @dataclass(frozen=True)
+    class Parameters:
+        mode: Mode = Mode.BOLD
+        modes: frozenset[Mode] = frozenset({Mode.CALM, Mode.BOLD})
+        level: Level = Level.LOW
+        speed: float = inf
+        unset: float | None = nan
+        word: str = "inf"
+        bounds: tuple[float, ...] = (-inf, 0.5, inf)
+        names: set[str] = field(default_factory=lambda: {"b", "a", "c"})
+        by_name: dict[str, float] = field(default_factory=lambda: {"a": inf})
+        file: Path = Path("model/net.onnx")
+        inner: Inner = Inner()
+"""
+RECORDED = {
+    "mode": "bold", "modes": ["bold", "calm"], "level": 1, "speed": "inf", "unset": "nan", "word": "inf",
+    "bounds": ["-inf", 0.5, "inf"], "names": ["a", "b", "c"], "by_name": {"a": "inf"}, "file": "model/net.onnx",
+    "inner": {"bound": "-inf"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    Path("rich_module.py").write_text(RICH)
+    write("planner: rich_module:Rich\nper_robot: {point: {speed: .inf, mode: calm, names: [z, y]}}\n")
+    sys.modules.pop("rich_module", None)
+
+
+def test_parameters_of_every_type_are_recorded_and_loaded_again(rich: None) -> None:
+    first = read_planner(Path("planners/mine.yaml"), "mine")
+    entry = json.loads(json.dumps(first.to_dict(), allow_nan=False))
+    assert entry["parameters"] == RECORDED
+    assert entry["per_robot"] == {"point": {"speed": "inf", "mode": "calm", "names": ["z", "y"]}}
+    again = PlannerConfiguration("mine", entry["planner"], entry["parameters"], entry["per_robot"])
+    again.check()
+    assert repr(again.parameters_for("panda", "velocity")) == repr(first.parameters_for("panda", "velocity"))
+    assert again.parameters_for("point", "velocity").speed == math.inf
+    assert again.parameters_hash == first.parameters_hash == parameters_hash_of_another_process()
+
+
+def parameters_hash_of_another_process() -> str:
+    """As another process computes it, in which sets have another order."""
+    code = "from pathlib import Path; from pytest_lpb.planner.files import read_planner; "
+    code += "print(read_planner(Path('planners/mine.yaml'), 'mine').parameters_hash)"
+    environment = {**os.environ, "PYTHONHASHSEED": "7"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize("pydantic", [True, False])
+def test_the_far_side_reads_them_as_well(rich: None, pydantic: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not pydantic:
+        monkeypatch.setitem(sys.modules, "pydantic", None)
+    cls = importlib.import_module("rich_module").Rich
+    told = described(cls, [{}, {"mode": "calm", "speed": "inf", "bounds": [1.0, "nan"], "names": ["x"]}])["sets"]
+    assert told[0]["parameters"] == RECORDED
+    assert told[1]["parameters"] == {**RECORDED, "mode": "calm", "bounds": [1.0, "nan"], "names": ["x"]}
+    if not pydantic:
+        assert described(cls, [{"mode": "odd"}])["sets"] == [{"fault": "mode: found 'odd'; allowed are 'bold', 'calm'"}]
+
+
+def test_text_is_no_number_where_a_class_wants_whole_ones() -> None:
+    assert "found 'infinite'" in fault("planner: pd\nparameters: {p: infinite}\n")
+    assert "found inf; a finite number is required" in fault("planner: pd\nparameters: {p: inf}\n")
+    assert "a finite number is required" in fault("command: [cat]\nparameters: {p: .inf}\n")

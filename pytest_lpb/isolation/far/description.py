@@ -5,12 +5,16 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import inspect
-import json
 import os
 import typing
 from collections.abc import Mapping
+from enum import Enum
+from pathlib import PurePath
 from typing import Any
 
+from pytest_lpb.isolation.far.values import NOT_FINITE, decoded, encoded
+
+COLLECTIONS = (tuple, set, frozenset)  # that JSON has as lists
 KINDS = {int: (int,), float: (int, float), str: (str,), bool: (bool,)}  # what a field of a plain type accepts
 
 
@@ -31,7 +35,7 @@ def _with(cls: Any, values: Mapping[str, Any]) -> dict[str, Any]:
         return {"fault": str(error)}
     preview = cls.preview_for(parameters)
     return {
-        "parameters": dataclasses.asdict(parameters),
+        "parameters": encoded(dataclasses.asdict(parameters)),
         "preview": None if preview is None else [preview.steps, preview.step_s],
     }
 
@@ -46,24 +50,44 @@ def parameters_of(cls: Any, values: Mapping[str, Any]) -> Any:
         from pydantic import TypeAdapter
     except Exception:
         return cls.Parameters(**_plainly_checked(cls.Parameters, values))
-    return TypeAdapter(cls.Parameters).validate_json(json.dumps(dict(values)), strict=True)
+    adapter = TypeAdapter(cls.Parameters)
+    return decoded(values, lambda text: adapter.validate_json(text, strict=True), _places)
+
+
+def _places(error: Any) -> list[Any]:
+    """Places of pydantic's faults."""
+    return [fault["loc"] for fault in error.errors()] if hasattr(error, "errors") else []
 
 
 def _plainly_checked(parameters: Any, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values of fields of plain types checked; lists for tuples made tuples."""
+    """Values of fields of plain types checked; those that JSON has as lists and texts made what they are."""
     try:
         hints = typing.get_type_hints(parameters)
     except Exception:
         hints = {}  # written for a newer Python: the class itself will say what it does not take
-    checked = {}
-    for name, value in values.items():
-        hint = hints.get(name)
-        kinds = KINDS.get(hint)  # type: ignore[arg-type] # what is no plain type is not in it
-        if kinds and not (isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))):
-            raise ValueError(name + ": found " + repr(value) + "; its type is " + hint.__name__)  # type: ignore[union-attr] # a class
-        of_tuple = getattr(hint, "__origin__", hint) is tuple and isinstance(value, list)
-        checked[name] = tuple(value) if of_tuple else value
-    return checked
+    return {name: _converted(name, hints.get(name), value) for name, value in values.items()}
+
+
+def _converted(name: str, hint: Any, value: Any) -> Any:
+    """A value as a field's type has it. Raises ValueError for one that a field of a plain type does not take."""
+    if hint is float and isinstance(value, str) and value in NOT_FINITE:
+        return float(value)
+    kinds = KINDS.get(hint) if isinstance(hint, type) else None
+    if kinds and not (isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))):
+        raise ValueError(name + ": found " + repr(value) + "; its type is " + hint.__name__)
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        allowed = [member.value for member in hint]
+        if value not in allowed:
+            raise ValueError(name + ": found " + repr(value) + "; allowed are " + ", ".join(map(repr, allowed)))
+        return hint(value)
+    if isinstance(hint, type) and issubclass(hint, PurePath) and isinstance(value, str):
+        return hint(value)
+    kind = getattr(hint, "__origin__", hint)
+    if kind in COLLECTIONS and isinstance(value, list):
+        inner = [item for item in getattr(hint, "__args__", ()) if item is not Ellipsis]
+        of_each = inner if len(inner) == len(value) else inner[:1] * len(value) or [None] * len(value)
+        return kind(_converted(name, item, each) for item, each in zip(of_each, value))
+    return value
 
 
 def source_hash(cls: Any) -> str:
