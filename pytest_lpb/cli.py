@@ -31,6 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
+    if options.prune is not None:
+        return _prune(options)
     _check(options)
     # Imported here: `--help` and wrong arguments need no pandas.
     from pytest_lpb.report.command import report_again
@@ -41,12 +43,43 @@ def _report(options: argparse.Namespace) -> int:
     return EXIT_WARNINGS if warnings or closed else 0
 
 
+def _prune(options: argparse.Namespace) -> int:
+    """Remove old runs; prints each, and each that had to stay."""
+    others = [name for name, default in _defaults().items() if getattr(options, name) != default]
+    others = [name for name in others if name not in ("runs", "prune", "dry_run")]
+    if others:
+        raise LpbError(f"--prune only removes runs; leave --{others[0].replace('_', '-')} out")
+    if options.prune < 0:
+        raise LpbError(f"--prune: found {options.prune}; allowed are 0 and more")
+    if len(options.runs) > 1:
+        raise LpbError(f"--prune is about one folder of runs, found {len(options.runs)}")
+    folder: Path = options.runs[0] if options.runs else Path("reports")
+    if folder.name == "latest" or (folder / "run.json").is_file():
+        raise LpbError(f"--prune: {folder} is a run; name the folder that its runs lie in")
+    from pytest_lpb.run.prune import prune
+
+    count = 0
+    for run in prune(folder, options.prune, dry_run=options.dry_run):
+        count += not run.kept
+        told = f"kept: {run.kept}" if run.kept else "would be removed" if options.dry_run else "removed"
+        print(f"{folder / run.path.name} {told}")
+    print(
+        f"{count} run{'' if count == 1 else 's'} {'would be removed' if options.dry_run else 'removed'} from {folder}"
+    )
+    return 0
+
+
+def _defaults() -> dict[str, object]:
+    """Values of the options without any."""
+    return vars(_parser().parse_args([]))
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = Parser(prog="lpb-report", description=__doc__, allow_abbrev=False)
     parser.add_argument(
         "runs",
         type=Path,
-        nargs="+",
+        nargs="*",
         metavar="RUN",
         help="run folder, such as reports/latest, or `latest`; several count as one",
     )
@@ -77,6 +110,13 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--reproduce", action="store_true", help="how to run it again, and what has changed; of two runs, if they agree"
     )
+    parser.add_argument(
+        "--prune",
+        type=int,
+        metavar="N",
+        help="remove all runs but the newest N; RUN: their parent (default: reports)",
+    )
+    parser.add_argument("--dry-run", action="store_true", help="say what --prune would remove, and remove nothing")
     parser.add_argument("--plugin", action="append", default=[], metavar="MODULE", help="module or file with KPIs")
     parser.add_argument("--version", action="version", version=f"pytest-lpb {__version__}")
     return parser
@@ -84,6 +124,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def _check(options: argparse.Namespace) -> None:
     """Raise LpbError for options that contradict each other."""
+    if not options.runs:
+        raise LpbError("RUN: missing; name a run folder, such as reports/latest")
+    if options.dry_run:
+        raise LpbError("--dry-run says what --prune=N would remove; add that")
     for name in ("kpis", "planners", "scenarios", "plot_format", "export"):
         if getattr(options, name) == []:
             raise LpbError(f"--{name.replace('_', '-')}: found no name; leave the option out for all of them")

@@ -33,6 +33,10 @@ class Infeasible(LpbError):  # noqa: N818 - the contract's public name, raised b
     """Raised by a planner's `compute_action`: it has found that its problem has no feasible action."""
 
 
+class UnsupportedError(LpbError):
+    """A planner does not take a problem, as it declares: there is no trial of it. The text is the reason."""
+
+
 class PlannerError(LpbError):
     """A planner raised, or returned something that is not an action; `details` is what else is known."""
 

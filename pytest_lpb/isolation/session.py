@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError
+from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError, UnsupportedError
 from pytest_lpb.isolation.far.messages import NUMBER, PROTOCOL, layout_of, packed
+from pytest_lpb.isolation.far.support import NO_REASON
 from pytest_lpb.isolation.interpreter import Interpreter
 from pytest_lpb.isolation.process import FarProcess
 from pytest_lpb.isolation.program import Program
@@ -63,7 +64,7 @@ class Session:
     ) -> None:
         """Prepare for a trial. `robot` describes the problem's robot, for those who cannot build it.
 
-        Raises Infeasible, DeadlineError or PlannerError.
+        Raises UnsupportedError, Infeasible, DeadlineError or PlannerError.
         """
         process, until = self._started()
         header = {"type": "setup", "planner": self._planner, "problem": problem, "parameters": parameters}
@@ -163,6 +164,8 @@ class Session:
         kind = answer.get("type")
         if kind == "infeasible":
             raise Infeasible(str(answer.get("message", "")))
+        if kind == "unsupported" and header["type"] == "setup":
+            raise UnsupportedError(str(answer.get("message", "")) or NO_REASON)
         if kind == "error":
             raise PlannerError(self._with_limits(str(answer.get("message", ""))), str(answer.get("details", "")))
         if not isinstance(kind, str):

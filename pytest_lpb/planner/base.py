@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -152,6 +153,9 @@ class Planner:
 
     name: ClassVar[str]
     preview: ClassVar[Preview | None] = None
+    # A mapping of `robots`, `base` and `control` to what is supported, or a method `supports(self, problem)` that
+    # returns True, False, or the reason why not. Trials of other problems are skipped.
+    supports: ClassVar[Any] = MappingProxyType({})
 
     @dataclass(frozen=True)
     class Parameters:

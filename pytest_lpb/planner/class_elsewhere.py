@@ -9,6 +9,7 @@ from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
 from shutil import which
+from types import MappingProxyType
 from typing import Any
 
 from pytest_lpb.errors import ConfigurationError, LpbError
@@ -73,6 +74,11 @@ class ClassElsewhere:
         return str(self._description["source_hash"])
 
     @property
+    def supports(self) -> Any:
+        """What the class declares over there."""
+        return self._description.get("supports") or {}
+
+    @property
     def about(self) -> dict[str, Any]:
         """Versions of Python and NumPy."""
         return dict(self._description["about"])
@@ -107,6 +113,7 @@ class Command:
     """A program; its parameters are its own business."""
 
     source: dict[str, str] | None = None
+    supports: Any = MappingProxyType({})  # its planner file may declare something, and it answers setups
 
     def __init__(self, isolation: Isolation) -> None:
         self._isolation = isolation

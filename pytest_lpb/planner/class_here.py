@@ -14,6 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.errors import PydanticUserError
 
 from pytest_lpb.errors import ConfigurationError
+from pytest_lpb.isolation.far.support import declaration
 from pytest_lpb.isolation.far.values import decoded
 from pytest_lpb.isolation.settings import Isolation
 from pytest_lpb.planner.base import Planner
@@ -55,6 +56,11 @@ class ClassHere:
             return None
         file = self._file()
         return {"module": self.cls.__module__, "file": str(file.resolve()) if file else ""}
+
+    @property
+    def supports(self) -> Any:
+        """What the class declares."""
+        return declaration(self.cls)
 
     def _file(self) -> Path | None:
         try:

@@ -17,6 +17,7 @@ from pytest_lpb.isolation.settings import Isolation, faults_here
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.definition import Definition, definition_of
 from pytest_lpb.planner.elsewhere import FarParameters
+from pytest_lpb.planner.support import Support, checked_support, why_unsupported
 from pytest_lpb.problem.hashing import hash_of, plain
 from pytest_lpb.problem.preview import Preview
 
@@ -38,6 +39,7 @@ class PlannerConfiguration:
     period: float | None = None  # [s]; None: every step
     delay: float = 0.0  # [s]
     xfail: Mapping[str, Any] = field(default_factory=dict)  # by scenario glob
+    supports: Mapping[str, Any] = field(default_factory=dict)  # what the file declares, besides the class
     isolation: Isolation | None = None  # None: in this process
     path: Path | None = None
     document: Document | None = field(default=None, repr=False, compare=False)  # for the lines of faults
@@ -71,10 +73,28 @@ class PlannerConfiguration:
     _resolved: dict[tuple[str, str], Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def check(self) -> None:
-        """Check the parameters of every robot against the class. Raises ConfigurationError."""
+        """Check the parameters of every robot against the class, and what it supports. Raises ConfigurationError."""
+        self.support  # noqa: B018 - is checked when it is read
         self._validated(dict(self.parameters), "parameters")
         for robot, parameters in self.per_robot.items():
             self._validated({**self.parameters, **parameters}, "per_robot", robot)
+
+    @cached_property
+    def support(self) -> tuple[Support, Support]:
+        """What the class declares to support, and what its file does: both hold. Raises ConfigurationError."""
+        cls = self.definition.identity
+        return (
+            checked_support(self.definition.supports, f"planner {self.name!r}: {cls}.supports"),
+            checked_support(self.supports, self._place("supports")),
+        )
+
+    def unsupported(self, robot: Mapping[str, Any]) -> str:
+        """Why a robot is not supported, as declared; empty when it is.
+
+        Args:
+            robot: the `robot` section of a concrete problem.
+        """
+        return next(filter(None, (why_unsupported(support, robot) for support in self.support)), "")
 
     def parameters_for(self, robot: str, control: str) -> Any:
         """The class's Parameters for a robot; the most specific entry of `per_robot` wins, key by key."""
@@ -159,6 +179,7 @@ class PlannerConfiguration:
             "source": self.source,
             "period": self.period,
             "delay": self.delay,
+            **({"supports": supports} if any(supports := [encoded(one) for one in self.support]) else {}),
             **isolated,
         }
 

@@ -33,6 +33,10 @@ class Definition(Protocol):
         """Module and file to load it from elsewhere; None when nothing has to be loaded."""
 
     @property
+    def supports(self) -> Any:
+        """What it declares to support; nothing: anything."""
+
+    @property
     def about(self) -> dict[str, Any]:
         """Versions of what runs it, where that is not this interpreter."""
 

@@ -17,11 +17,11 @@ from pytest_lpb.isolation.settings import KEYS, Isolation, faults_of, isolation_
 from pytest_lpb.names import is_name, listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.registry import registered_names
+from pytest_lpb.planner.support import CONTROLS
 from pytest_lpb.problem.preview import MAX_STEPS
 from pytest_lpb.shipped import shipped_folder
 
 PARAMETERS = ("parameters", "per_robot")  # keys whose values a class reads: it may allow any number
-CONTROLS = ("acceleration", "velocity", "torque")
 
 
 class _Preview(BaseModel):
@@ -45,6 +45,7 @@ class _File(BaseModel):
     delay: Annotated[float, Field(ge=0.0)] = 0.0
     xfail: dict[str, Any] = {}
     description: str = ""
+    supports: dict[str, Any] = {}
     python: str | None = None
     ssh: str | None = None
     command: str | list[str] = ""
@@ -169,6 +170,7 @@ def _parsed(document: Document, path: Path, name: str) -> PlannerConfiguration:
         period=content.period,
         delay=content.delay,
         xfail=content.xfail,
+        supports=content.supports,
         isolation=isolation_of(values, path.parent),
         path=path,
         document=document,

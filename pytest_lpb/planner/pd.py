@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerProblem
-from pytest_lpb.planner.task import Task, check_control, damped_inverse
+from pytest_lpb.planner.task import SUPPORTED, Task, check_control, damped_inverse
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -22,6 +23,7 @@ class PD(Planner):
     """
 
     name: ClassVar[str] = "pd"
+    supports: ClassVar[Mapping[str, tuple[str, ...]]] = SUPPORTED
 
     @dataclass(frozen=True)
     class Parameters:

@@ -7,7 +7,7 @@ limit avoidance, and forces brought to the joints by J^T Lambda (docs/planners.m
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import sqrt
 from typing import Annotated, ClassVar
@@ -20,7 +20,7 @@ from pytest_lpb.planner.base import FloatArray, Observation, Planner, PlannerPro
 from pytest_lpb.planner.fields import ControlPoints, Distances, ObstacleField, Points, SelfDistances
 from pytest_lpb.planner.known import check_shapes
 from pytest_lpb.planner.spatial_fields import SpatialControlPoints, SpatialObstacleField, SpatialSelfDistances
-from pytest_lpb.planner.task import Task, check_control, damped_inverse
+from pytest_lpb.planner.task import SUPPORTED, Task, check_control, damped_inverse
 
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -41,6 +41,7 @@ class PotentialField(Planner):
     """
 
     name: ClassVar[str] = "potential_field"
+    supports: ClassVar[Mapping[str, tuple[str, ...]]] = SUPPORTED
 
     @dataclass(frozen=True)
     class Parameters:

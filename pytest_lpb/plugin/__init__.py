@@ -43,3 +43,13 @@ def pytest_configure(config: pytest.Config) -> None:
         from pytest_lpb.plugin.unchosen import explain_unchosen_planners
 
         explain_unchosen_planners(config)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, exitstatus: int, config: pytest.Config) -> None:
+    """Where folders are named that hold nothing to run but studies, say how to run those."""
+    named = config.args_source is pytest.Config.ArgsSource.ARGS
+    if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and named and not is_active(config):
+        from pytest_lpb.plugin.unchosen import told_studies
+
+        if studies := told_studies(config):
+            terminalreporter.write_line(studies)

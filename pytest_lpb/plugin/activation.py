@@ -29,12 +29,14 @@ def activate(config: pytest.Config) -> None:
     else:
         # Tables and reports are the controller's business: workers start without pandas and the like.
         from pytest_lpb.plugin.controller import ControllerPlugin
+        from pytest_lpb.plugin.folding import FoldingPlugin
         from pytest_lpb.plugin.termination import TerminationPlugin
 
         termination = TerminationPlugin()
         controller = ControllerPlugin(session, config, termination)
         manager.register(controller, "lpb-controller")
         manager.register(termination, "lpb-termination")
+        manager.register(FoldingPlugin(), "lpb-folding")
         # By its hooks, whatever name xdist is loaded under: `-p xdist.plugin` gives it another than its entry point.
         if hasattr(config.hook, "pytest_configure_node"):
             from pytest_lpb.plugin.crashes import CrashPlugin

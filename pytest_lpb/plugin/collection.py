@@ -5,15 +5,19 @@ from __future__ import annotations
 import os
 import re
 import warnings
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import pytest
 
 from pytest_lpb.documents.recognition import SUFFIXES, is_study
+from pytest_lpb.names import suggestion
+from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.items import TrialItem
-from pytest_lpb.plugin.scenarios import FIXED, ScenarioFile, SourceFile
+from pytest_lpb.plugin.scenarios import FIXED, ROBOTS, ScenarioFile, SourceFile
 from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.run.folder import RUN_FILE
+from pytest_lpb.shipped import shipped_folder
 
 MAX_NAMED = 5  # scenarios that a warning names
 
@@ -103,19 +107,19 @@ class CollectionPlugin:
         return any(self._is_shut(folder, config) for folder in path.parents if folder.is_relative_to(config.rootpath))
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """One warning per flag that could not draw, in one process; no filter of warnings makes it an error."""
+        """Say once what options and planner files ask for in vain; no filter of warnings makes it an error."""
         config = session.config
         if getattr(config, "workerinput", {"workerid": "gw0"})["workerid"] != "gw0":
             return
+        robots: set[tuple[str, str]] = config.stash.get(ROBOTS, set())
+        if unmatched := unmatched_robots(self._session.planners, robots):
+            _warn(config, unmatched)
         for part, scenarios in config.stash.get(FIXED, {}).items():
             names = ", ".join(scenarios[:MAX_NAMED]) + (
                 f" and {len(scenarios) - MAX_NAMED} more" if scenarios[MAX_NAMED:] else ""
             )
             text = f"--lpb-random-{part}: no ranges in `randomize: {part}`, it stays fixed in {names}"
-            message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, __file__, 0)
-            config.hook.pytest_warning_recorded.call_historic(
-                kwargs={"warning_message": message, "when": "collect", "nodeid": "", "location": None}
-            )
+            _warn(config, text)
 
     def _named_files(self, config: pytest.Config) -> set[Path]:
         if self._named is None:
@@ -137,6 +141,37 @@ class CollectionPlugin:
             # Without an ini file the rootdir is what the arguments share, perhaps a scenarios folder itself.
             candidates.append(path.as_posix())
         return any(pattern.fullmatch(text) for pattern in self._patterns for text in candidates)
+
+
+def _warn(config: pytest.Config, text: str) -> None:
+    message = warnings.WarningMessage(pytest.PytestWarning(text), pytest.PytestWarning, __file__, 0)
+    config.hook.pytest_warning_recorded.call_historic(
+        kwargs={"warning_message": message, "when": "collect", "nodeid": "", "location": None}
+    )
+
+
+def unmatched_robots(planners: Iterable[PlannerConfiguration], robots: Collection[tuple[str, str]]) -> str:
+    """Keys of `per_robot` in users' planner files that no robot of the run matches, in one line; empty without any.
+
+    Args:
+        planners: of the run.
+        robots: names and control modes of the run's robots; none: nothing was collected.
+    """
+    keys = {key for name, control in robots for key in (name, f"@{control}", f"{name}@{control}")}
+    shipped = shipped_folder("planners")
+    told = [
+        f"{key!r} of planner {planner.name!r}{hint and f' ({hint})'}"
+        for planner in planners
+        if planner.path is None or planner.path.parent != shipped
+        for key in planner.per_robot
+        if key not in keys
+        for hint in [suggestion(key, keys).removeprefix("; ")]
+    ]
+    if not told or not robots:
+        return ""
+    shown = ", ".join(told[:MAX_NAMED]) + (f" and {len(told) - MAX_NAMED} more" if told[MAX_NAMED:] else "")
+    named = ", ".join(sorted(f"{name}@{control}" for name, control in robots)[:MAX_NAMED])
+    return f"per_robot: no robot of this run matches {shown}; there are {named}"
 
 
 def glob_pattern(glob: str) -> re.Pattern[str]:

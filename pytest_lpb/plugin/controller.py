@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import shlex
 import warnings
 from collections.abc import Generator
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,14 +16,18 @@ from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
 from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.plugin.sources import check_unchanged
-from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE
+from pytest_lpb.plugin.unchosen import told_studies
+from pytest_lpb.plugin.worker import REPORT_ATTRIBUTE, SKIP_ATTRIBUTE
+from pytest_lpb.report.fault_text import fault_lines
 from pytest_lpb.report.plots import default_registry as plots
 from pytest_lpb.run.crashed import forget_crashes
+from pytest_lpb.run.faults import FAULTS
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.lock import RunLock
-from pytest_lpb.run.plan import planned
+from pytest_lpb.run.plan import TrialKey, planned
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
+from pytest_lpb.run.skipped import skip_files
 
 if TYPE_CHECKING:
     from pytest_lpb.plugin.rates import RateVerdict
@@ -48,6 +52,8 @@ class ControllerPlugin:
         self._progress: Progress | None = None
         self._finished: set[tuple[str, str, int]] = set()  # (scenario, planner, seed)
         self._known: set[tuple[str, str, int]] = set()  # failed as expected
+        self._planned = 0  # trials of the run
+        self._broken: list[dict[str, Any]] = []  # trials that ended by a fault
         self._told: list[str] = []  # faults met on the way
         self._lock = RunLock()
 
@@ -73,6 +79,7 @@ class ControllerPlugin:
             return
         session = self._session
         trials = {trial for node_id in node_ids if (trial := session.trial_of(node_id)) is not None}
+        self._planned = len(trials)
         options: dict[str, Any] = {
             "seeds": {"first": session.first_seed, "trials": session.trials},
             "random": list(session.flags),
@@ -123,6 +130,10 @@ class ControllerPlugin:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Count trials as they finish, each once: their first attempt counts."""
+        skipped = getattr(report, SKIP_ATTRIBUTE, None)
+        if skipped and self._progress is not None:
+            self._finished.add(TrialKey(*json.loads(skipped)))
+            self._progress.count(success=True)
         result = trial_result(report)
         if result is None or self._progress is None:
             return
@@ -131,6 +142,8 @@ class ControllerPlugin:
             self._known.add(key)
         if key not in self._finished:
             self._finished.add(key)
+            if result["outcome"] in FAULTS:
+                self._broken.append(result)
             self._progress.count(success=result["success"])
 
     @pytest.hookimpl(tryfirst=True)
@@ -156,9 +169,9 @@ class ControllerPlugin:
                 self._check_fairness(folder, self._session.checked_trials)
         # Who terminated the run may not wait until interrupted workers have ended.
         self._conclude(session, folder)
-        files = list(folder.trial_files())
+        files = finished_files(folder)
         result = yield
-        if list(folder.trial_files()) != files:
+        if finished_files(folder) != files:
             self._conclude(session, folder)
         return result
 
@@ -185,20 +198,24 @@ class ControllerPlugin:
 
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
+        self._faults = list(self._told)
+        if not self._evaluates:
+            if self._faults and session.exitstatus == pytest.ExitCode.OK:
+                session.exitstatus = pytest.ExitCode.TESTS_FAILED
+            return
         # Imported when trials are done: pandas, SciPy and the report's templates cost a second at the start. Not
         # interruptible: what is half imported cannot be imported again, and the summary needs it.
         import pytest_lpb.plugin.rates
         import pytest_lpb.plugin.summary
         import pytest_lpb.report.build  # noqa: F401 - for `_build`
 
-        self._faults = list(self._told)
         try:
             # Filters such as `-W error` are about the tests' code; they must not cost a run its tables.
             with warnings.catch_warnings(), self._termination.interruptible():
                 warnings.simplefilter("ignore")
                 self._build(folder)
         except KeyboardInterrupt:
-            again = shlex.join(["lpb-report", str(self._session.shown_run)])
+            again = self._session.report_command
             self._faults.append(f"interrupted before tables and report were done; make them with: {again}")
             session.exitstatus = pytest.ExitCode.INTERRUPTED
         except (LpbError, OSError) as error:
@@ -211,6 +228,12 @@ class ControllerPlugin:
         if bad and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
+    @property
+    def _evaluates(self) -> bool:
+        """Whether raw data are evaluated at the end: for the report, or for a verdict that was asked for."""
+        session = self._session
+        return session.reported or session.checked_gate is not None or session.assertion == "rate"
+
     def _build(self, folder: RunFolder) -> None:
         """Everything is judged before anything is written: a full disk costs no verdict."""
         from pytest_lpb.plugin.rates import judge_rates
@@ -221,6 +244,10 @@ class ControllerPlugin:
         evaluation = evaluate(folder, self._session.kpis)
         if self._session.assertion == "rate":
             self._rates = judge_rates(evaluation.trials, folder)
+        if not self._session.reported:
+            self._faults += evaluation.warnings
+            self._judge(evaluation)
+            return
         self._data = report_data(evaluation, folder=folder.path)
         self._faults += self._data.warnings
         self._judge(evaluation)
@@ -244,6 +271,9 @@ class ControllerPlugin:
         if self._folder is None:
             # Where everything was deselected (-k, -m), pytest says so itself.
             if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and not terminalreporter.stats.get("deselected"):
+                if studies := told_studies(self._config):
+                    terminalreporter.write_line(studies)
+                    return
                 globs = ", ".join(self._config.getini("lpb_scenarios"))
                 terminalreporter.write_line(
                     f"lpb: no scenario was found: name the files, or have them match ini `lpb_scenarios` ({globs})"
@@ -257,13 +287,31 @@ class ControllerPlugin:
             self._rates,
             self._gate,
             self._faults,
-            self._session.shown_run,
+            self._session,
             self._known,
+            self._unreported(),
         )
+
+    def _unreported(self) -> list[str]:
+        """What is known of trials that were not evaluated: their faults, and how many are missing."""
+        if self._data is not None:
+            return []
+        lines = list(fault_lines(self._broken))
+        if len(self._finished) < self._planned:
+            lines.append(
+                f"{len(self._finished)} of {self._planned} trials were run; "
+                f"run the others with: {self._session.resume_command}"
+            )
+        return lines
 
     def pytest_unconfigure(self) -> None:
         """Let others finish the run."""
         self._lock.release()
+
+
+def finished_files(folder: RunFolder) -> list[Path]:
+    """Files of trials that are finished, or skipped."""
+    return [*folder.trial_files(), *skip_files(folder.path)]
 
 
 def trial_result(report: pytest.TestReport) -> dict[str, Any] | None:

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import tempfile
+from bdb import BdbQuit
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 import pytest
 from threadpoolctl import threadpool_limits
 
 from pytest_lpb.documents.atomic import STORAGE_FAULTS, recording_error, write_once
 from pytest_lpb.documents.writer import dump_yaml
-from pytest_lpb.errors import LpbError, RecordingError, ScenarioError, StorageError
+from pytest_lpb.errors import LpbError, RecordingError, ScenarioError, StorageError, UnsupportedError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.plugin.expectation import Expectation, known_failure
+from pytest_lpb.plugin.raised import Raised, advice
 from pytest_lpb.plugin.session import session_of, without_group
+from pytest_lpb.run.faults import cause_and_time
 from pytest_lpb.run.plan import DAMAGED, TrialKey
+from pytest_lpb.run.skipped import write_skip
 from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.study.family import Family
 from pytest_lpb.trajectory import Trajectory
@@ -77,6 +81,7 @@ class TrialItem(pytest.Item):
         super().__init__(**keywords)
         self.seed = seed
         self.trajectory: Trajectory | None = None
+        self.unsupported = ""  # why the planner does not take the problem
         known = self.collector.known_failure
         self.expectation: Expectation | None = known if known is not None and known.concerns(seed) else None
         if self.expectation is not None:
@@ -94,6 +99,18 @@ class TrialItem(pytest.Item):
         """Scenario, planner and seed."""
         return TrialKey(self.collector.family.key, self.collector.name, self.seed)
 
+    def setup(self) -> None:
+        """Skip a trial of what the planner declares not to support: that is decided without drawing its problem."""
+        robot = self.collector.family.scenario(self.seed).concrete["robot"]
+        if reason := self.collector.configuration.unsupported(robot):
+            self._skip(reason)
+
+    def _skip(self, reason: str) -> NoReturn:
+        """Note that the planner does not take this problem, and skip the trial."""
+        self.unsupported = reason
+        write_skip(session_of(self.config).run, self.key, reason)
+        pytest.skip(f"{self.collector.name} does not support it: {reason}")
+
     def runtest(self) -> None:
         """Run the trial, write its files, then judge it."""
         options = session_of(self.config)
@@ -106,10 +123,17 @@ class TrialItem(pytest.Item):
         expected, known = self._foretold(trajectory), self._is_known(trajectory)
         if not known and not self._fails(trajectory.outcome):
             return
-        text = f"{trajectory.metadata['message']}\nrepeat: {trajectory.metadata['command']}"
-        if trajectory.metadata["details"]:
-            text += f"\n\n{trajectory.metadata['details'].rstrip()}"
-        raise (ExpectedTrialFailure if expected else TrialFailure)(f"{verdict(trajectory)}: {text}")
+        cause, at = cause_and_time(trajectory.metadata["message"])
+        repeat = f"repeat: {trajectory.metadata['command']}"
+        text = "\n".join(filter(None, [f"{verdict(trajectory)}: {cause}", at, repeat]))
+        planner, holder = self.collector.configuration, self.collector.holder
+        error, holder.error = holder.error, None
+        raised = Raised.by(error, planner, self.config)
+        details = trajectory.metadata["details"].rstrip() if raised is None else raised.details(trajectory)
+        parts = filter(None, [text, details, advice(planner, self.config)])
+        failure = (ExpectedTrialFailure if expected else TrialFailure)("\n\n".join(parts))
+        # With the planner's own frames a debugger stops in the one that raised.
+        raise failure if raised is None else failure.with_traceback(raised.frames)
 
     def _foretold(self, trajectory: Trajectory) -> bool:
         """Whether the scenario's or the planner's xfail data name this failure."""
@@ -187,12 +211,23 @@ class TrialItem(pytest.Item):
             return failed_trial(specification, ENVIRONMENT_ERROR, str(error))
         specification = specification.with_problem(problem.to_dict())
         self._write_problem(specification)
-        return run_trial(specification, self.collector.holder, "human" if options.render else None)
+        try:
+            return run_trial(specification, self.collector.holder, "human" if options.render else None)
+        except UnsupportedError as error:
+            self._problem_path().unlink(missing_ok=True)
+            self._skip(str(error))
+        except (pytest.exit.Exception, BdbQuit):
+            # Somebody has left the debugger in the middle of it: it was no trial, and the run does not know of it.
+            self._problem_path().unlink(missing_ok=True)
+            raise
+
+    def _problem_path(self) -> Path:
+        return self._trial_path().with_suffix(".yaml")
 
     def _write_problem(self, specification: TrialSpecification) -> None:
         """Write the concrete problem first: it is there even when the trial takes its process down."""
         source = f"{self.parent.parent.nodeid}, seed {self.seed}"  # type: ignore[union-attr] # a scenario file
-        path = self._trial_path().with_suffix(".yaml")
+        path = self._problem_path()
         problem = recorded_beside(specification.problem, session_of(self.config).run, path.parent)
         write_once(path, dump_yaml({**problem, "source": source}).encode())
 

@@ -9,6 +9,7 @@ import pytest
 
 DEFAULT_GLOBS = ["scenarios/**/*.yaml", "**/scenarios/**/*.yaml"]
 ASSERTIONS = ("trial", "rate", "none")
+REPORTS = ("auto", "none")
 PARTS = ("start", "goal", "obstacles")
 CHECKED = 6  # trials per planner
 
@@ -37,6 +38,11 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--lpb-kpis", metavar="A,B", help="KPIs to evaluate (default: all)")
     group.addoption("--lpb-title", metavar="TEXT", help="heading of the run's report (default: that of the study)")
     group.addoption("--lpb-reports", metavar="DIR", help="parent of run folders (default: reports)")
+    group.addoption(
+        "--lpb-report",
+        choices=REPORTS,
+        help="tables and report at the end of the run (default: auto), or none: lpb-report makes them later",
+    )
     group.addoption("--lpb-render", action="store_true", help="show trials in the simulator's window, in real time")
     group.addoption(
         "--lpb-check-isolation",
@@ -53,6 +59,7 @@ def add_options(parser: pytest.Parser) -> None:
     parser.addini("lpb_scenarios", "globs of scenario files below the rootdir", type="args", default=DEFAULT_GLOBS)
     parser.addini("lpb_title", "heading of the run's report", type="string", default="")
     parser.addini("lpb_reports", "parent of run folders", type="string", default="")
+    parser.addini("lpb_report", "tables and report at the end (as --lpb-report)", type="string", default="")
     parser.addini("lpb_plugins", "modules with KPIs and plots of your own", type="args", default=[])
 
 

@@ -12,11 +12,12 @@ import pytest
 
 from pytest_lpb.errors import LpbError, in_one_line
 from pytest_lpb.kpis.registry import default_registry, load_builtin
+from pytest_lpb.names import listed, suggestion
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.planner.files import find_planners, parted, with_path
 from pytest_lpb.plugin.expectation import check_known_failures
 from pytest_lpb.plugin.gating import checked_gate, gate_options, restore_gate
-from pytest_lpb.plugin.options import CHECKED, PARTS, chosen_planners, is_worker, split_names
+from pytest_lpb.plugin.options import CHECKED, PARTS, REPORTS, chosen_planners, is_worker, split_names
 from pytest_lpb.plugin.places import (
     extend_search_path,
     ini_folder,
@@ -70,6 +71,7 @@ def resolved_session(config: pytest.Config) -> LpbSession:
         planned=None if resumed is None else trials_of(resumed.info()["planned"]),
         gate=gate,
         checked_gate=checked_gate(gate, config.invocation_params.dir, [planner.name for planner in planners], kpis),
+        reported=_reported(config),
         checked_trials=_checked_trials(config),
         title=_title(config, study, resumed),
     )
@@ -104,6 +106,14 @@ def _check_numbers(config: pytest.Config) -> None:
         value = config.getoption(f"lpb_{name}")
         if value is not None and not least <= value <= most:
             raise LpbError(f"--lpb-{name}: found {value}; allowed are {least} to {most}")
+
+
+def _reported(config: pytest.Config) -> bool:
+    """Whether tables and report are made at the end."""
+    found: str = config.getoption("lpb_report") or config.getini("lpb_report") or REPORTS[0]
+    if found not in REPORTS:
+        raise LpbError(f"ini lpb_report: found {found!r}; allowed are {listed(REPORTS)}{suggestion(found, REPORTS)}")
+    return found == REPORTS[0]
 
 
 def _checked_trials(config: pytest.Config) -> int | None:

@@ -20,6 +20,7 @@ from pytest_lpb.study.family import Family, FileFamily
 
 RESERVED_KEY = "all"  # run.summary.ALL: the scenario of rows over all scenarios
 FIXED: pytest.StashKey[dict[str, list[str]]] = pytest.StashKey()  # scenarios by part that a flag could not draw
+ROBOTS: pytest.StashKey[set[tuple[str, str]]] = pytest.StashKey()  # names and control modes of the run's robots
 KEYS: pytest.StashKey[dict[str, Path]] = pytest.StashKey()  # scenario key -> file
 
 
@@ -91,6 +92,8 @@ def _checked(node: pytest.Collector, family: Family, options: LpbSession) -> Sce
         configuration.steps_per_call(dt)
         configuration.steps_of_delay(dt)
         configuration.parameters_for(scenario.concrete["robot"]["name"], scenario.concrete["robot"]["control"])
+    robot = scenario.concrete["robot"]
+    node.config.stash.setdefault(ROBOTS, set()).add((robot["name"], robot["control"]))
     fixed = node.config.stash.setdefault(FIXED, {})
     for part in sorted(set(options.flags) - set(parts_drawn(scenario, options.flags))):
         fixed.setdefault(part, []).append(family.key)

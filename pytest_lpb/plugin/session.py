@@ -66,6 +66,7 @@ class LpbSession:
     planned: frozenset[TrialKey] | None = None  # trials of the run that is finished now; None: a new run
     gate: GateOptions | None = None  # as it was asked for; checked in the controlling process
     checked_gate: CheckedGate | None = None
+    reported: bool = True  # whether tables and report are made at the end
     checked_trials: int | None = None  # of each planner, to be run again; None: none
     title: str = ""  # of the run; empty: none
 
@@ -78,6 +79,11 @@ class LpbSession:
     def resume_command(self) -> str:
         """The command that finishes this run."""
         return shlex.join(["pytest", f"--lpb-resume={self.shown_run}"])
+
+    @property
+    def report_command(self) -> str:
+        """The command that makes tables and report of this run."""
+        return shlex.join(["lpb-report", str(self.shown_run)])
 
     def seeds(self, family: Family) -> Sequence[int]:
         """Seeds of a scenario's trials."""

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from pytest_lpb.names import count
 from pytest_lpb.plugin.rates import RateVerdict
+from pytest_lpb.plugin.session import LpbSession
 from pytest_lpb.report.build import REPORT_FILE
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.fault_text import fault_lines
 from pytest_lpb.report.gate_text import conclusion, gate_lines
 from pytest_lpb.report.text import planner_notes, planner_table, title_lines
+from pytest_lpb.run.faults import FAULTS
 from pytest_lpb.run.gate import GateResult
 
 TrialKey = tuple[str, str, int]  # scenario, planner, seed
@@ -26,10 +29,11 @@ def write_summary(
     rates: Sequence[RateVerdict],
     gate: GateResult | None,
     faults: Sequence[str],
-    folder: Path,
+    session: LpbSession,
     known: Collection[TrialKey],
+    unreported: Sequence[str] = (),
 ) -> None:
-    """Print the planners' table, one line per failed trial, rates, warnings, and the report's path.
+    """Print the planners' table, faults and failed trials, rates, warnings, and the report's path.
 
     Args:
         reporter: pytest's terminal reporter.
@@ -37,8 +41,9 @@ def write_summary(
         rates: verdicts of `--lpb-assert=rate`.
         gate: verdicts of the regression gate; None without a baseline.
         faults: what went wrong besides.
-        folder: the run folder.
+        session: knows the run folder, and how to make its report.
         known: trials that failed as expected; they are counted, not listed.
+        unreported: what is known without tables.
     """
     reporter.section("local planner benchmark", sep="=")
     if data is not None:
@@ -48,6 +53,8 @@ def write_summary(
             reporter.write_line(line)
         for line in failure_lines(data.trials, known):
             reporter.write_line(line)
+    for line in unreported:
+        reporter.write_line(line)
     for verdict in rates:
         reporter.write_line(f"{'met' if verdict.met else 'FAILED'}: {verdict.text}", red=not verdict.met)
     if gate is not None:
@@ -57,23 +64,26 @@ def write_summary(
         reporter.write_line(conclusion(gate), red=gate.closed, yellow=not gate.sure, bold=True)
     for fault in faults:
         reporter.write_line(f"warning: {fault}", yellow=True)
-    if (folder / REPORT_FILE).is_file():
-        reporter.write_line(f"report: {folder / REPORT_FILE}")
+    if session.reported and (session.run / REPORT_FILE).is_file():
+        reporter.write_line(f"report: {session.shown_run / REPORT_FILE}")
     else:
-        reporter.write_line(f"raw data: {folder}")
+        reporter.write_line(f"raw data: {session.shown_run}; tables and report: {session.report_command}")
 
 
 def failure_lines(trials: pd.DataFrame, known: Collection[TrialKey]) -> Iterable[str]:
-    """Outcome and message of each trial that was no success and not known to fail; how many were."""
+    """Faults, equal ones as one; then outcome and message of each trial that was no success and not known to fail."""
     unsolved = trials[~trials["success"].astype(bool)]
     keys = zip(unsolved["scenario"], unsolved["planner"], unsolved["seed"], strict=True)
-    failed = unsolved[[key not in known for key in keys]]
+    # An array: an empty list would be taken for no columns.
+    failed = unsolved[np.array([key not in known for key in keys], dtype=bool)]
     if len(unsolved):
         yield ""
-    for _, row in failed.head(MAX_FAILURES).iterrows():
+    yield from fault_lines(failed.to_dict("records"))
+    others = failed[~failed["outcome"].isin(FAULTS)]
+    for _, row in others.head(MAX_FAILURES).iterrows():
         outcome = "criteria_failed" if row["failed_criteria"] else row["outcome"]
         yield f"{row['scenario']} :: {row['planner']} :: seed{row['seed']}  {outcome}: {row['message']}"
     if len(failed) < len(unsolved):
         yield f"{count(len(unsolved) - len(failed), 'trial')} failed as expected (xfail); the report lists them"
-    if len(failed) > MAX_FAILURES:
-        yield f"... and {len(failed) - MAX_FAILURES} more; the report lists them all"
+    if len(others) > MAX_FAILURES:
+        yield f"... and {len(others) - MAX_FAILURES} more; the report lists them all"

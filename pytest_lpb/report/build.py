@@ -16,6 +16,7 @@ from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.gate import GateResult
 from pytest_lpb.run.missing import MISSING_FILE, missing_table, resume_command
+from pytest_lpb.run.skipped import SKIPPED_FILE, skipped_table
 from pytest_lpb.run.tables import aggregates_table, comparisons_table, summary_table, write_csv
 
 REPORT_FILE = "report.html"
@@ -48,6 +49,7 @@ def report_data(evaluation: Evaluation, pair: tuple[str, str] | None = None, fol
         title=evaluation.run.name,
         folder=folder,
         missing=evaluation.missing,
+        skipped=evaluation.skipped,
         resume=_resume(evaluation),
     )
 
@@ -94,7 +96,7 @@ def write_results(
 
 
 def write_tables(data: ReportData, trials: pd.DataFrame, folder: Path) -> None:
-    """Write the tables alone, missing.csv only where trials are missing. Raises RecordingError and OSError.
+    """Write the tables alone, missing.csv and skipped.csv only where trials are. Raises RecordingError and OSError.
 
     Args:
         data: what the other tables hold.
@@ -110,3 +112,7 @@ def write_tables(data: ReportData, trials: pd.DataFrame, folder: Path) -> None:
         write_csv(missing_table(data.missing), folder / MISSING_FILE)
     else:
         (folder / MISSING_FILE).unlink(missing_ok=True)
+    if data.skipped:
+        write_csv(skipped_table(data.skipped), folder / SKIPPED_FILE)
+    else:
+        (folder / SKIPPED_FILE).unlink(missing_ok=True)

@@ -14,6 +14,7 @@ from pytest_lpb.kpis.registry import load_builtin
 from pytest_lpb.names import count
 from pytest_lpb.report.build import REPORT_FILE, report_data, write_results
 from pytest_lpb.report.data import ReportData
+from pytest_lpb.report.fault_text import fault_lines
 from pytest_lpb.report.gate_text import conclusion, gate_lines
 from pytest_lpb.report.markdown import markdown_summary
 from pytest_lpb.report.reproduce_text import reproduce_lines, sameness_lines
@@ -201,6 +202,8 @@ def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, fold
 
 def _print(data: ReportData, judged: GateResult | None, options: argparse.Namespace) -> None:
     print("\n".join([*title_lines(data), *planner_table(data)]))
+    if faults := list(fault_lines(data.trials.to_dict("records"))):
+        print("\n".join(["", *faults]))
     if options.retime is not None and data.retimed is not None:
         print("\n".join(["", *retimed_table(data.retimed)]))
     if options.compare is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -43,4 +43,5 @@ class ReportData:
     title: str = ""  # the run folder's name
     folder: Path | None = None  # where the report will lie; None: in the run folder
     missing: Sequence[TrialKey] = ()  # planned trials that are not among `trials`
+    skipped: Mapping[TrialKey, str] = field(default_factory=dict)  # trials that planners do not support, and why
     resume: str = ""  # the command that runs them; empty: none does

@@ -11,6 +11,7 @@ from pytest_lpb.report.timing_notes import contention_notes, deadline_warnings
 from pytest_lpb.report.view import Overview, PlannerStyle
 from pytest_lpb.report.winners import winners, winners_summary
 from pytest_lpb.run.missing import missing_notes
+from pytest_lpb.run.skipped import skipped_notes
 
 
 def overview(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Overview:
@@ -48,4 +49,4 @@ def notes(data: ReportData) -> list[str]:
     if fixed:
         found.append(f"Repeats of one problem count as one problem; nothing is drawn in {', '.join(fixed)}.")
     found += contention_notes(data)
-    return [*found, *data.run_info.get("notes", ())]
+    return [*found, *skipped_notes(data.skipped), *data.run_info.get("notes", ())]

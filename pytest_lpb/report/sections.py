@@ -9,6 +9,7 @@ from typing import Any
 from pytest_lpb.report.comparison_section import comparison_section
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.distributions import kpi_section
+from pytest_lpb.report.fault_text import fault_section
 from pytest_lpb.report.gate_section import gate_section
 from pytest_lpb.report.known_failures import known_failures
 from pytest_lpb.report.overview_section import overview
@@ -60,7 +61,11 @@ VIEWS = (
     View(
         "overview",
         "Overview",
-        (Section("overview", "_overview.html.j2", overview), Section("known", "_known.html.j2", known_failures)),
+        (
+            Section("faults", "_faults.html.j2", fault_section),
+            Section("overview", "_overview.html.j2", overview),
+            Section("known", "_known.html.j2", known_failures),
+        ),
     ),
     View("gate", "Gate", (Section("gate", "_gate.html.j2", gate_section),)),
     View("scenarios", "Scenarios", (Section("scenarios", "_scenes.html.j2", scenario_section),)),

@@ -17,6 +17,7 @@ from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.missing import missing_notes
 from pytest_lpb.run.paired import SUCCESS
 from pytest_lpb.run.summary import ALL
+from pytest_lpb.run.skipped import skipped_notes
 from pytest_lpb.run.title import title_of
 
 KPIS = (
@@ -61,6 +62,7 @@ def planner_notes(data: ReportData) -> Iterator[str]:
     yield from contention_notes(data)
     yield from (f"warning: {warning}" for warning in deadline_warnings(data))
     yield from data.run_info.get("notes", ())
+    yield from skipped_notes(data.skipped)
     yield from missing_notes(data.missing, len(data.trials), data.resume)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,6 +18,7 @@ from pytest_lpb.run.contention import CONTENDED_KPIS, joined
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.missing import missing_trials
 from pytest_lpb.run.plan import DAMAGED, TrialKey
+from pytest_lpb.run.skipped import skipped_trials
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial, trial_path
 from pytest_lpb.trial.units import unit_of
@@ -96,6 +97,7 @@ class Evaluation:
         warnings: KPIs that raised, files that could not be read.
         missing: trials that the run was to have, and that are not among `trials`.
         selection: which of the run's trials these are.
+        skipped: trials that their planners do not support, with the reason.
     """
 
     run: RunSource
@@ -104,6 +106,7 @@ class Evaluation:
     warnings: list[str]
     missing: Sequence[TrialKey] = ()
     selection: Selection = Selection()
+    skipped: Mapping[TrialKey, str] = field(default_factory=dict)
 
     def info(self) -> dict[str, Any]:
         """What run.json says; of the planners and scenarios that are selected only."""
@@ -124,8 +127,11 @@ class Evaluation:
         selection.check(self.trials)
         kept = [selection.holds(row) for row in self.trials[["planner", "scenario", "node_id"]].to_dict("records")]
         missing = [trial for trial in self.missing if selection.holds({**trial._asdict(), "node_id": None})]
+        skipped = {
+            trial: why for trial, why in self.skipped.items() if selection.holds({**trial._asdict(), "node_id": None})
+        }
         trials = self.trials[kept].reset_index(drop=True)
-        return replace(self, trials=trials, missing=missing, selection=selection)
+        return replace(self, trials=trials, missing=missing, skipped=skipped, selection=selection)
 
     def table(self) -> pd.DataFrame:
         """The content of trials.csv."""
@@ -151,7 +157,9 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     columns = [*TRIAL_COLUMNS, *HIDDEN_COLUMNS, *(kpi.name for kpi in kpis), CONTENDED_KPIS]
     trials = pd.DataFrame(rows, columns=columns)
     trials = trials.sort_values(["scenario", "planner", "seed"], ignore_index=True, kind="stable")
-    return Evaluation(run, trials, kpis, warnings, missing_trials(run.info(), trials))
+    skipped = skipped_trials(run.path)
+    missing = [trial for trial in missing_trials(run.info(), trials) if trial not in skipped]
+    return Evaluation(run, trials, kpis, warnings, missing, skipped=skipped)
 
 
 def _robot_warnings(info: Mapping[str, Any]) -> list[str]:

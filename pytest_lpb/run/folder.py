@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_lpb.bounded import read_bounded
-from pytest_lpb.documents.atomic import recording_error, remove, remove_unfinished, replace_file, unfinished
+from pytest_lpb.documents.atomic import recording_error, remove, remove_unfinished, replace_file, unfinished, write_once
 from pytest_lpb.errors import RecordingError
 from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.run.inputs import write_planner_files
@@ -21,6 +21,8 @@ from pytest_lpb.run.run_file import read_run_file
 
 RUN_FILE = "run.json"
 LATEST = "latest"
+# Of a folder of runs that we have made ourselves; what a user keeps there in git is the user's business.
+GITIGNORE = b"# Written by pytest-lpb when it made this folder: runs are results, not sources.\n*\n"
 MAX_NAME_BYTES = 1000  # of a run folder's name in `latest`
 
 
@@ -65,6 +67,7 @@ class RunFolder:
 
         Raises RecordingError, and nothing is left.
         """
+        is_first = latest and not path.parent.exists()
         work = unfinished(path)
         try:
             try:
@@ -72,6 +75,8 @@ class RunFolder:
                 _write_info(work, info)
                 write_planner_files(work, planners)
                 work.rename(path)
+                if is_first:
+                    write_once(path.parent / ".gitignore", GITIGNORE)
             finally:
                 shutil.rmtree(work, ignore_errors=True)
         except OSError as error:

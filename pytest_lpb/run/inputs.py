@@ -34,6 +34,7 @@ def _content(planner: PlannerConfiguration) -> dict[str, Any]:
         "per_robot": encoded(planner.per_robot),
         "period": planner.period,
         "delay": planner.delay,
+        "supports": encoded(planner.supports),
         "xfail": plain(planner.xfail),
         **(plain(planner.isolation.to_dict()) if planner.isolation else {}),
     }

@@ -56,7 +56,10 @@ def merge(evaluations: Sequence[Evaluation]) -> Evaluation:
         notes.append("the runs were made on different machines: their times do not compare")
     trials = trials[~repeated].sort_values(KEY, ignore_index=True, kind="stable")
     missing = _missing(evaluations, names, trials)
-    return Evaluation(_merged_run(evaluations, names, notes), trials, evaluations[0].kpis, warnings, missing)
+    skipped = _skipped(evaluations, names, trials)
+    missing = [trial for trial in missing if trial not in skipped]
+    merged = _merged_run(evaluations, names, notes)
+    return Evaluation(merged, trials, evaluations[0].kpis, warnings, missing, skipped=skipped)
 
 
 def _missing(
@@ -69,6 +72,19 @@ def _missing(
         for trial in evaluation.missing
     }
     return sorted(lacking - set(trials[KEY].itertuples(index=False, name=None)))
+
+
+def _skipped(
+    evaluations: Sequence[Evaluation], names: Sequence[Mapping[str, str]], trials: pd.DataFrame
+) -> dict[TrialKey, str]:
+    """What planners do not support, and no run has."""
+    skipped = {
+        trial._replace(planner=new.get(trial.planner, trial.planner)): reason
+        for evaluation, new in zip(evaluations, names, strict=True)
+        for trial, reason in evaluation.skipped.items()
+    }
+    present = set(trials[KEY].itertuples(index=False, name=None))
+    return {trial: reason for trial, reason in sorted(skipped.items()) if trial not in present}
 
 
 def _differences(trials: pd.DataFrame) -> Iterator[str]:

@@ -17,8 +17,8 @@ from pytest_lpb.run.folder import RUN_FILE, RunFolder
 from pytest_lpb.run.inputs import planner_file
 from pytest_lpb.run.own_planners import own_isolation
 from pytest_lpb.run.plan import TrialKey
-from pytest_lpb.run.recorded_planners import load_class, look_up_as_the_run_did
 from pytest_lpb.run.provenance import PACKAGES, git_state, installed_version
+from pytest_lpb.run.recorded_planners import load_class, look_up_as_the_run_did
 from pytest_lpb.trial.files import read_metadata
 
 NEEDED = ("command", "invocation", "planners", "scenarios", "packages")  # of run.json

@@ -7,6 +7,7 @@ import sys
 from pytest_lpb.errors import PlannerError, in_one_line
 from pytest_lpb.planner.base import Planner
 from pytest_lpb.planner.configuration import PlannerConfiguration
+from pytest_lpb.trial.debugger import is_quit
 from pytest_lpb.trial.guard import MODULE_SEARCH_PATH, UserInterruptError, guarded
 
 
@@ -15,9 +16,13 @@ class PlannerHolder:
 
     Args:
         configuration: which planner.
+
+    Attributes:
+        error: what the planner raised in the last trial, with its frames; None if nothing.
     """
 
     def __init__(self, configuration: PlannerConfiguration) -> None:
+        self.error: BaseException | None = None
         self._configuration = configuration
         self._planner: Planner | None = None
         self._search_path: list[str] = []
@@ -37,7 +42,7 @@ class PlannerHolder:
 
     def close(self) -> None:
         """Close the planner, if it was built. Raises PlannerError when the planner does."""
-        planner, self._planner = self._planner, None
+        planner, self._planner, self.error = self._planner, None, None
         if planner is None:
             return
         try:
@@ -46,6 +51,8 @@ class PlannerHolder:
         except UserInterruptError:
             raise
         except BaseException as error:
+            if is_quit(error):
+                raise
             # Its trials are done: whatever it raises is told, and ends nothing.
             raise PlannerError(f"close of planner {self._configuration.name!r} raised: {in_one_line(error)}") from error
         finally:

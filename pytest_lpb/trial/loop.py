@@ -22,6 +22,7 @@ from pytest_lpb.errors import DeadlineError, Infeasible, LpbError, PlannerError,
 from pytest_lpb.planner.base import Planner, PlannerProblem
 from pytest_lpb.planner.elsewhere import IsolatedPlanner
 from pytest_lpb.trial import read_only
+from pytest_lpb.trial.debugger import pass_on_quit, planner_frames
 from pytest_lpb.trial.guard import UserInterruptError, end_if_forked
 from pytest_lpb.trial.outcome import DEADLINE, ENVIRONMENT_ERROR, INFEASIBLE, PLANNER_ERROR
 
@@ -50,6 +51,7 @@ class Log:
     outcome: str = ""
     fault: str = ""  # what went wrong in the software, in one line
     details: str = ""  # its traceback
+    error: BaseException | None = None  # what the planner raised, with its frames
     loop_ns: int = 0
     process: int = field(default_factory=os.getpid)
 
@@ -98,7 +100,7 @@ def run_loop(
         except Infeasible as error:
             ended(log, INFEASIBLE, error)
         except (_PlannerFaultError, PlannerError) as error:
-            cause = error.__cause__ or error
+            cause = error.__cause__ if isinstance(error, _PlannerFaultError) and error.__cause__ else error
             ended(log, outcome_of(cause), cause)
             log.fault += read_only.hint(cause, environment.observe(), problem)
         except Exception as error:
@@ -148,6 +150,7 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
     except (Infeasible, UserInterruptError):
         raise
     except BaseException as error:
+        pass_on_quit(error)
         # Whatever else a planner raises is that trial's outcome, not the end of a study.
         raise _PlannerFaultError from error
     finally:
@@ -171,12 +174,14 @@ def _call(log: Log, planner: Planner, observation: Any, row: int, size: int) -> 
     except (PlannerError, UserInterruptError):
         raise
     except BaseException as error:
+        pass_on_quit(error)
         # Objects of a planner's own may raise whenever they are looked at.
         raise _PlannerFaultError from error
 
 
 def checked_diagnostics(diagnostics: Any) -> dict[str, float]:
     """A planner's diagnostics with floats for values. Raises PlannerError for what is not a number by name."""
+    __tracebackhide__ = True  # a debugger stops where the planner was called
     try:
         checked = {key: float(value) for key, value in diagnostics.items()}
         if not all(isinstance(key, str) for key in checked):
@@ -193,6 +198,7 @@ def checked_action(result: Any, size: int) -> list[float]:
 
     Raises PlannerError when it is not an array of shape (size,) of finite real numbers.
     """
+    __tracebackhide__ = True  # a debugger stops where the planner was called
     if not (isinstance(result, np.ndarray) and result.dtype == np.float64):
         given = result
         try:
@@ -245,7 +251,9 @@ def ended(log: Log, outcome: str, error: BaseException) -> Log:
     """The log of a trial that an error ends."""
     log.outcome = outcome
     log.fault = in_one_line(error)[:MAX_FAULT]
+    log.error = error
     # What is raised on purpose says itself what is wrong; of anything else the place helps.
-    told = getattr(error, "details", "") if isinstance(error, LpbError) else "".join(traceback.format_exception(error))
-    log.details = shortened(told)
+    frames = planner_frames(error)
+    raised = traceback.format_exception(type(error), error, frames)
+    log.details = shortened(getattr(error, "details", "") if isinstance(error, LpbError) else "".join(raised))
     return log

@@ -8,7 +8,8 @@ from typing import Any
 
 from pytest_lpb.environment.environment import ScenarioEnvironment
 from pytest_lpb.environment.monitor import Violation
-from pytest_lpb.errors import Infeasible
+from pytest_lpb.errors import Infeasible, UnsupportedError
+from pytest_lpb.isolation.far.support import refusal
 from pytest_lpb.planner.base import Planner, PlannerProblem
 from pytest_lpb.planner.configuration import recorded
 from pytest_lpb.planner.elsewhere import IsolatedPlanner
@@ -18,6 +19,7 @@ from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial import read_only
 from pytest_lpb.trial.columns import NS_PER_MS, columns_of
 from pytest_lpb.trial.criteria import failed_criteria
+from pytest_lpb.trial.debugger import DebuggerQuitError, pass_on_quit
 from pytest_lpb.trial.guard import EVERYTHING, UserInterruptError, end_if_forked, guarded
 from pytest_lpb.trial.holder import PlannerHolder
 from pytest_lpb.trial.loop import Log, ended, log_between_rows, log_row, outcome_of, run_loop, undisturbed
@@ -34,15 +36,21 @@ def run_trial(
 ) -> Trajectory:
     """Run one trial. Same specification, same raw data to the last bit (but for times measured).
 
+    Raises UnsupportedError when the planner does not take the problem, as it declares: there is no trial then.
+    What a debugger raises when it is left within the planner passes through, and there is no trial then.
+
     Args:
         specification: the concrete problem and the planner's configuration.
-        holder: has the planner instance to use again; default a new one, closed at the end.
+        holder: has the planner instance to use again; default a new one, closed at the end. What the planner raised
+            is left in its `error`.
         render_mode: `human` shows the trial in real time.
     """
     problem = Problem.from_dict(specification.problem, specification.scenario)
     identity = problem.problem_hash  # before the planner has seen anything
     configuration = specification.planner
     own = PlannerHolder(configuration) if holder is None else None
+    if reason := configuration.unsupported(problem.robot.entry):
+        raise UnsupportedError(reason)
     parameters = configuration.parameters_for(problem.robot.name, problem.control)
     every, delay = configuration.steps_per_call(problem.dt), configuration.steps_of_delay(problem.dt)
     environment = ScenarioEnvironment(
@@ -65,8 +73,12 @@ def run_trial(
             log_row(log, environment)
         log_between_rows(log, environment)
         violation = environment.monitor.violation
+        if holder is not None:
+            holder.error = log.error
     except UserInterruptError:
         raise KeyboardInterrupt from None
+    except DebuggerQuitError as quit_:
+        raise quit_.__cause__ or quit_ from None
     finally:
         environment.close()
         if own is not None:
@@ -98,6 +110,7 @@ def _built(holder: PlannerHolder | None) -> Planner | Log:
     except UserInterruptError:
         raise
     except BaseException as error:
+        pass_on_quit(error)
         # Whatever a planner raises is that trial's outcome, not the end of a study.
         return ended(Log(), outcome_of(error), error)
 
@@ -109,12 +122,15 @@ def _set_up(planner: Planner, parameters: Any, problem: PlannerProblem) -> Plann
         planner.parameters = parameters
         planner.diagnostics = {}
         with undisturbed():
+            if reason := refusal(planner, problem):
+                raise UnsupportedError(reason)
             planner.setup(problem)
     except Infeasible as error:
         return ended(Log(), INFEASIBLE, error)
-    except UserInterruptError:
+    except (UserInterruptError, UnsupportedError):
         raise
     except BaseException as error:
+        pass_on_quit(error)
         log = ended(Log(), outcome_of(error), error)
         log.fault += read_only.hint(error, {}, problem)
         return log

@@ -149,3 +149,15 @@ def test_the_scenario_of_these_tests_is_one(project: Project) -> None:
     project.scenario(content=SCENARIO)
     assert project.run("-W", "error", "scenarios").ret == 0
     assert project.row()["outcome"] == "success"
+
+
+def test_a_folder_with_nothing_but_studies_says_how_to_run_them(project: Project) -> None:
+    project.write("studies/gains.yaml", "study: gains\nplanners: [pd]\nscenarios: [../scenarios/point/x.yaml]\n")
+    project.write("studies/.hidden/other.yaml", "study: other\n")
+    told = "lpb: no scenario to run, but a study: studies/gains.yaml; a study is run by its name: pytest studies/gains"
+    for planners in (None, "pd"):
+        result = project.run("studies", planners=planners)
+        assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+        assert told in text_of(result)
+    # Who names no folder has not asked for them.
+    assert "study" not in text_of(project.run(planners=None))

@@ -12,6 +12,7 @@ from enum import Enum
 from pathlib import PurePath
 from typing import Any
 
+from pytest_lpb.isolation.far.support import declaration
 from pytest_lpb.isolation.far.values import NOT_FINITE, decoded, encoded
 
 COLLECTIONS = (tuple, set, frozenset)  # that JSON has as lists
@@ -24,6 +25,7 @@ def described(cls: Any, sets: list[Mapping[str, Any]]) -> dict[str, Any]:
         "class": cls.__module__ + ":" + cls.__qualname__,
         "fields": [field.name for field in dataclasses.fields(cls.Parameters)],
         "source_hash": source_hash(cls),
+        "supports": encoded(declaration(cls)),
         "sets": [_with(cls, values) for values in sets],
     }
 
@@ -86,7 +88,7 @@ def _converted(name: str, hint: Any, value: Any) -> Any:
     if kind in COLLECTIONS and isinstance(value, list):
         inner = [item for item in getattr(hint, "__args__", ()) if item is not Ellipsis]
         of_each = inner if len(inner) == len(value) else inner[:1] * len(value) or [None] * len(value)
-        return kind(_converted(name, item, each) for item, each in zip(of_each, value))
+        return kind(_converted(name, item, each) for item, each in zip(of_each, value))  # noqa: B905 - Python 3.8
     return value
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from pytest_lpb.isolation.far import importing
 from pytest_lpb.isolation.far.description import described, parameters_of
 from pytest_lpb.isolation.far.messages import NUMBER
+from pytest_lpb.isolation.far.support import refusal
 
 BYTES_PER_MB = 1000000
 OF_OURS = "<pytest_lpb.isolation."  # files of the far side, as tracebacks call them
@@ -69,6 +70,9 @@ class Server:
         gc.collect()
         gc.disable()
         self.surroundings.put_back(problem.seed)
+        reason = refusal(self.planner, problem)
+        if reason:
+            return {"type": "unsupported", "message": reason}, b""
         self.planner.setup(problem)
         return {"type": "ready"}, b""
 

@@ -35,6 +35,7 @@ class Planner:
     """Base class of planners."""
 
     preview = None
+    supports: Any = None
 
     @dataclass(frozen=True)
     class Parameters:

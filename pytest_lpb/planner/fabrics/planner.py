@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -17,7 +18,7 @@ from pytest_lpb.planner.scene.fills import Fill
 from pytest_lpb.planner.scene.meshes import MeshFill
 from pytest_lpb.planner.scene.shapes import MESH
 from pytest_lpb.planner.scene.structure import Structure
-from pytest_lpb.planner.task import check_control
+from pytest_lpb.planner.task import SUPPORTED, check_control
 from pytest_lpb.symbolic.buffered import BufferedFunction
 from pytest_lpb.symbolic.compiled import compiled
 
@@ -32,6 +33,7 @@ class Fabrics(Planner):
     """
 
     name: ClassVar[str] = "fabrics"
+    supports: ClassVar[Mapping[str, tuple[str, ...]]] = SUPPORTED
     Parameters = FabricsParameters
 
     parameters: FabricsParameters

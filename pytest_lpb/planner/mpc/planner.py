@@ -6,6 +6,7 @@ model predictive control of processes governed by differential-algebraic equatio
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
 from typing import Any, ClassVar
 
@@ -21,7 +22,7 @@ from pytest_lpb.planner.mpc.horizon import Horizon
 from pytest_lpb.planner.mpc.parameters import MpcParameters
 from pytest_lpb.planner.mpc.program import Program
 from pytest_lpb.planner.mpc.solver import PiqpSolver, Solution
-from pytest_lpb.planner.task import check_control
+from pytest_lpb.planner.task import SUPPORTED, check_control
 from pytest_lpb.problem.preview import Preview
 
 ROUNDING = 1e-6  # relative
@@ -31,6 +32,7 @@ class Mpc(Planner):
     """Plans over a horizon at each call, by one or more quadratic programs, and carries out the beginning."""
 
     name: ClassVar[str] = "mpc"
+    supports: ClassVar[Mapping[str, tuple[str, ...]]] = SUPPORTED
     Parameters = MpcParameters
 
     parameters: MpcParameters
