@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pytest_lpb.names import count
 from pytest_lpb.trial.outcome import INFEASIBLE, SOFTWARE_FAULTS, WORKER_CRASH
 
 FAULTS = (*SOFTWARE_FAULTS, INFEASIBLE, WORKER_CRASH)  # outcomes whose messages name a cause
@@ -37,7 +38,7 @@ class FaultGroup:
     @property
     def count(self) -> str:
         """Such as `22 trials`."""
-        return "1 trial" if len(self.node_ids) == 1 else f"{len(self.node_ids)} trials"
+        return count(len(self.node_ids), "trial")
 
     @property
     def line(self) -> str:

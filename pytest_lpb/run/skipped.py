@@ -11,6 +11,7 @@ import pandas as pd
 from pytest_lpb.bounded import read_bounded
 from pytest_lpb.documents.atomic import write_once
 from pytest_lpb.errors import RecordingError
+from pytest_lpb.names import count
 from pytest_lpb.run.plan import TrialKey, as_ranges
 from pytest_lpb.trial.files import trial_path
 
@@ -71,8 +72,7 @@ def skipped_notes(skipped: Mapping[TrialKey, str]) -> Iterator[str]:
     for trial, reason in skipped.items():
         counts[trial.planner, reason] += 1
     groups = sorted(counts.items(), key=lambda group: (-group[1], group[0]))
-    for (planner, reason), count in groups[:MAX_LINES]:
-        trials = "1 trial" if count == 1 else f"{count} trials"
-        yield f"skipped: {trials} of {planner}, whose figures are of those that it ran: {reason}"
+    for (planner, reason), number in groups[:MAX_LINES]:
+        yield f"skipped: {count(number, 'trial')} of {planner}, whose figures are of those that it ran: {reason}"
     if groups[MAX_LINES:]:
         yield f"... and {len(groups) - MAX_LINES} more planners and reasons; {SKIPPED_FILE} lists them all"

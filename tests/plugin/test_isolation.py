@@ -64,9 +64,9 @@ def test_one_fault_is_one_row_and_its_neighbours_are_the_same(planners: Project,
     for seed in (0, 3):
         assert rows["harmful", seed]["trajectory_hash"] == rows["sound", seed]["trajectory_hash"]
     text = text_of(result)
-    assert "planner_error: planner error at t = 0.15 s: the planner's process was ended by SIGSEGV (signal 11)" in text
+    assert "planner_error: the planner's process was ended by SIGSEGV (signal 11)" in text
     assert "its last words: seed 1 goes wrong" in text
-    assert "deadline: deadline at t = 0.15 s: compute_action took longer than deadline_s = 1 s" in text
+    assert "deadline: compute_action took longer than deadline_s = 1 s" in text
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     about = read_run(planners.runs()[-1])["planners"]["harmful"]
     assert about["isolation"] == {"isolate": True, "deadline_s": 1.0}

@@ -98,7 +98,7 @@ class Broken(Planner):
     result = project.run("scenarios", planners="broken")
     result.assert_outcomes(failed=1)
     text = text_of(result)
-    assert "planner_error: planner error at t = 0 s: KeyError: 'no_such_key'" in text
+    assert "planner_error: KeyError: 'no_such_key'" in text
     assert 'conftest.py", line 8, in compute_action' in text
     repeat_line = (
         "repeat: pytest --lpb-planners=broken --lpb-seed=0 --lpb-trials=1 scenarios/point/x.yaml::broken::seed0"
