@@ -16,8 +16,8 @@ from pytest_lpb.report.titles import REACHED, compared_name, timing_mark
 from pytest_lpb.run.evaluation import Evaluation
 from pytest_lpb.run.missing import missing_notes
 from pytest_lpb.run.paired import SUCCESS
-from pytest_lpb.run.summary import ALL
 from pytest_lpb.run.skipped import skipped_notes
+from pytest_lpb.run.summary import ALL
 from pytest_lpb.run.title import title_of
 
 KPIS = (
