@@ -74,7 +74,9 @@ class PotentialField(Planner):
         self._points = control_points(problem.robot, parameters.spacing, parameters.lookahead)
         pairs = problem.robot.self_collision_pairs
         self._own = own_distances(problem.robot, self._points, parameters.self_influence) if pairs else None
-        self._obstacles = obstacle_field(problem.obstacles) if problem.obstacles else None
+        # A robot without collision geometry has no point that could be near to anything.
+        met = bool(problem.obstacles) and len(self._points.radii) > 0
+        self._obstacles = obstacle_field(problem.obstacles) if met else None
         self._limits = problem.robot.limits.position.T
         self._limited = bool(np.isfinite(self._limits).any())
         self._velocity_control = problem.control == "velocity"

@@ -181,6 +181,11 @@ def test_a_cart_brakes_before_an_obstacle_and_turns_from_one_beside() -> None:
     assert right == pytest.approx(left * [1, -1], abs=1e-9)
 
 
+def test_a_robot_without_collision_geometry_meets_nothing() -> None:
+    bare = {**POINT, "collision": {"spheres": {}}}
+    assert act(field(), bare, HERE, [0.0, 0.0], obstacles=[circle(0.1, 0.0, 0.5)]) == pytest.approx([0.0, 0.0])
+
+
 def test_obstacles_out_of_reach_change_nothing() -> None:
     far = act(field(), POINT, HERE, [0, 0], obstacles=[circle(2.0, 0.0, 0.5)], targets={"reach": [1.0, 0.0]})
     assert np.array_equal(far, act(field(), POINT, HERE, [0, 0], targets={"reach": [1.0, 0.0]}))
