@@ -21,7 +21,8 @@ from operator import attrgetter
 from typing import Protocol
 
 SHARE_RESOLUTION = 2.0**-11  # of the step, to which the time of contact is found
-MAX_MEASUREMENTS = 4096  # of distances within one step, before what is still open is only searched at its minima
+MAX_MEASUREMENTS = 1024  # of distances within one step, before what is still open is only searched at its minima
+NEAR = 1e-3  # share of a distance below which a parabola has to go to be followed
 EITHER = (False, True)
 CLEARANCE_TOLERANCE_M = 1e-4  # [m] to which least clearances between rows are found
 
@@ -97,9 +98,8 @@ def first_touch(bodies: SweptBodies, deepest: float) -> Touch | None:
             first = Touch(1.0, span.pair)
             break
     width, measured = 1.0, 0
-    while spans and measured < MAX_MEASUREMENTS:
+    while spans and (measured := measured + len(spans)) <= MAX_MEASUREMENTS:
         width *= 0.5
-        measured += len(spans)
         parts: list[Span] = []
         for middle, group, distances in _measured(bodies, spans, width, first):
             halves = [span.halves(middle, d) for span, d in zip(group, distances, strict=True)]
@@ -134,7 +134,7 @@ def _touch_at_a_minimum(
             if distance < deepest:
                 return Touch(middle, span.pair)
             slope, bend = span.after - span.before, span.before - 2.0 * distance + span.after
-            if bend > 0.0 and abs(slope) < 2.0 * bend:
+            if bend > 0.0 and abs(slope) < 2.0 * bend and distance - 0.125 * slope * slope / bend < NEAR * distance:
                 lowest = middle - 0.25 * width * slope / bend
                 if bodies.distances(lowest, [span.pair])[0] < deepest:
                     return Touch(lowest, span.pair)
@@ -150,9 +150,8 @@ def least_distance(bodies: SweptBodies, known: float, floor: float, *, own: bool
     least = known
     spans = bodies.spans(min(least, floor) - CLEARANCE_TOLERANCE_M, (own,))
     width, measured = 1.0, 0
-    while spans and measured < MAX_MEASUREMENTS:
+    while spans and (measured := measured + len(spans)) <= MAX_MEASUREMENTS:
         width *= 0.5
-        measured += len(spans)
         parts: list[Span] = []
         for middle, group, distances in _measured(bodies, spans, width, None):
             halves = [span.halves(middle, d) for span, d in zip(group, distances, strict=True)]

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import pi
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pytest_lpb.environment.engine import continuous
 from pytest_lpb.environment.environment import ScenarioEnvironment
-from pytest_lpb.environment.monitor import Violation
+from pytest_lpb.environment.monitor import Violation, contact_since
+from pytest_lpb.kpis.registry import default_registry, evaluate_kpis, load_builtin
+from pytest_lpb.planner.base import Observation, Planner, PlannerProblem
+from pytest_lpb.planner.configuration import PlannerConfiguration
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.trajectory import Trajectory
+from pytest_lpb.trial.specification import TrialSpecification
+from pytest_lpb.trial.trial import run_trial
 from tests.environment.fast_motions import KINDS, verdicts
 from tests.problem.entries import ARM, CART, POINT, circle, make_problem
 from tests.problem.spatial import robots
-from tests.problem.spatial.problems import spatial_problem
+from tests.problem.spatial.problems import spatial_problem, sphere
 
 Entry = dict[str, Any]
 DT = 0.1
@@ -185,3 +193,115 @@ def test_fast_motions_past_thin_obstacles(kind: str) -> None:
     found = verdicts(kind, 100, seed=1)
     assert found["hit between rows"] > 5
     assert found["free"] > 5
+
+
+class Steady(Planner):
+    """The same action at each step, as the scenario's planner parameters have it."""
+
+    name = "steady_for_contact"
+
+    @dataclass(frozen=True)
+    class Parameters:
+        action: tuple[float, ...] = ()
+
+    def setup(self, problem: PlannerProblem) -> None:
+        self.action = np.array(self.parameters.action)
+
+    def compute_action(self, observation: Observation) -> Any:
+        return self.action
+
+
+def kpis(names: list[str]) -> Any:
+    load_builtin()
+    return default_registry.select(names)
+
+
+def trial(problem: Problem, action: list[float]) -> Trajectory:
+    configuration = PlannerConfiguration("steady", "steady_for_contact", {"action": action})
+    return run_trial(TrialSpecification(problem.to_dict(), configuration, "family"))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_least_clearances_hold_between_rows(dimension: int) -> None:
+    """5 m/s past a post that is nearest in the middle between two rows, by 0.04 m; then past a wide gap."""
+    if dimension == 2:
+        problem = planar(DISC, [circle(0.75, 0.1, 0.01, "post"), circle(3.0, 1.0, 0.1, "other")])
+    else:
+        obstacles = [sphere(0.75, 0.1, 0.0, 0.01, "post"), sphere(3.0, 1.0, 0.0, 0.1, "other")]
+        problem = spatial(BALL, obstacles)
+    trajectory = trial(problem, [5.0, 0.0, 0.0][:dimension])
+    assert trajectory.outcome == "timeout"
+    assert trajectory.contact_time is None
+    least = np.hypot(0.25, 0.1) - 0.06  # at both rows
+    assert trajectory.clearance.min() == pytest.approx(least)
+    step = trajectory.step_clearance
+    assert step[2] == pytest.approx(0.04, abs=1e-4)
+    assert (step <= trajectory.clearance).all()
+    values, faults = evaluate_kpis(trajectory, kpis(["clearance_min_m", "near_miss_time_s"]))
+    assert not faults
+    assert values["clearance_min_m"] == step[2]
+    margin = problem.safety_margin
+    assert values["near_miss_time_s"] == pytest.approx((margin - step[2]) / (least - step[2]) * DT)
+    recorded_before = {name: values for name, values in trajectory.columns.items() if "step_min" not in name}
+    old = Trajectory(recorded_before, trajectory.metadata, problem)
+    values, faults = evaluate_kpis(old, kpis(["clearance_min_m", "near_miss_time_s"]))
+    assert values == {"clearance_min_m": trajectory.clearance.min(), "near_miss_time_s": 0.0}
+
+
+def test_least_clearances_of_the_robot_itself_hold_between_rows() -> None:
+    """The tip of a folding arm passes its first link within a step."""
+    arm = {**ARM, "links": [1.0, 0.5, 0.3], "body_radius": 0.01, "control": "velocity"}
+    # The third link swings to and fro through straight down, where its tip is 0.2 m above the first.
+    trajectory = trial(planar(arm, [], q=[0.0, 0.5 * pi, pi - 1.0]), [0.0, 0.0, 20.0])
+    assert trajectory.self_clearance[:2].min() > 0.3
+    assert np.nanmin(trajectory.self_step_clearance) == pytest.approx(0.18, abs=1e-4)
+    assert np.isnan(trajectory.step_clearance).all()
+
+
+def test_a_trial_says_when_bodies_touched() -> None:
+    trajectory = trial(planar(DISC, [wall(5.2)]), [5.0, 0.0])
+    assert trajectory.outcome == "collision"
+    assert trajectory.contact_time == trajectory.metadata["contact_time_s"] == pytest.approx(1.025, abs=1e-4)
+    assert trajectory.metadata["message"].startswith(
+        "'body' hit obstacle 'wall' at t = 1.025 s, between two rows (0.22 m apart again at t = 1.1 s), "
+    )
+    assert len(trajectory) == 12
+    assert trajectory.q[-1, 0] == pytest.approx(5.5), "the last row is that at the end of the step"
+    values, _ = evaluate_kpis(trajectory, kpis(["clearance_min_m"]))
+    assert values["clearance_min_m"] < -0.05
+
+
+def test_simulated_forces_are_followed_by_their_substeps() -> None:
+    """A wall of 9 m/s passes a cart that stands; the physics meets it at rows only."""
+    cart = {**robots.CART, "control": "velocity"}
+    passing = moving(slab(0.0), "-1.0 + 9.0*t", "0", "0")
+    violation = first_violation(spatial(cart, [passing], dynamics=True, substeps=20), [0.0, 0.0])
+    assert violation is not None
+    assert violation.outcome == "collision"
+    assert violation.row == 1
+    assert violation.time == pytest.approx((1.0 - 0.025 - 0.2) / 9.0, abs=1e-3)
+
+
+def test_robots_that_diverge_end() -> None:
+    posts = [circle(0.5 * index, 2.6, 0.01, f"post{index}") for index in range(4)]
+    arm = {**ARM, "control": "velocity", "self_collision_pairs": []}
+    trajectory = trial(planar(arm, posts, q=[0.1, 0.2, 0.3]), [1e6, -2e6, 5e5])
+    assert trajectory.outcome in ("collision", "timeout", "environment_error")
+
+
+def test_the_same_motion_has_the_same_bits_after_a_search() -> None:
+    """Looking between rows leaves obstacles and robot where they were."""
+    obstacles = [moving(slab(0.0), "1.2 + 0.3*sin(t)", "0", "0"), sphere(0.5, 0.09, 0.0, 0.01, "post")]
+    problem = spatial({**BALL, "body_radius": 0.05}, obstacles, end_at=[])
+    seen = []
+    for look in (True, False):
+        world = ScenarioEnvironment(problem=problem)
+        rows = []
+        for step in range(10):
+            world.step([4.0 * (-1.0) ** step, 0.0, 0.0])
+            if look:
+                contact_since(world.row, continuous(world.running_engine), DT)  # type: ignore[arg-type]
+            rows.append(world.running_engine.clearance())
+        world.close()
+        seen.append(rows)
+    assert seen[0] == seen[1]

@@ -207,3 +207,34 @@ def test_a_wrong_angle_of_a_turn_is_named_as_written() -> None:
     turn = turning_motion({"axis": [0.0, 0.0, 1.0], "angle": "1/(t - 1)"})
     with pytest.raises(ScenarioError, match=r"^'1/\(t - 1\)' has the value nan at t = 1 s"):
         turn.check_finite(sampled_times(0.5, 10))
+
+
+SPEEDS = {
+    **MOTIONS,
+    "products": ExpressionMotion(["t*sin(5*t) - cos(t)/(2 + t)", "exp(-t)*tan(t/4)"]),
+    "powers": ExpressionMotion(["(t - 2)**3 + (t - 3)**2", "t**0.5 + (1 + t)**-2", "2**t - t**(t/3)"]),
+    "kinks": ExpressionMotion(["abs(t - 2.3) + sqrt(1 + abs(sin(3*t)))", "abs(abs(t - 3) - 1)"]),
+}
+del SPEEDS["normalised"], SPEEDS["normalised spline"]  # no obstacle moves like that
+
+
+@pytest.mark.parametrize("motion", SPEEDS.values(), ids=SPEEDS)
+@pytest.mark.parametrize("length", [0.01, 0.3])
+def test_speeds_stay_within_their_bounds(motion: Motion, length: float) -> None:
+    """Between any two times of a span a motion gets no farther than its bound; and those of short spans are tight."""
+    start = np.arange(0.5, 5.5, length)
+    bound = motion.speed_bound(start, start + length)
+    assert bound.shape == start.shape
+    inside = start[:, None] + length * np.linspace(0.0, 1.0, 41)
+    points = motion.evaluate(inside.ravel())[0].reshape(*inside.shape, -1)
+    speed = np.linalg.norm(np.diff(points, axis=1), axis=2).max(axis=1) / (length / 40)
+    assert (speed <= bound * (1 + 1e-9) + 1e-9).all()
+    if length < 0.1:
+        assert np.median(bound - 1.1 * speed) < 0.01
+
+
+@pytest.mark.parametrize("text", ["1/(t - 2)", "sqrt(abs(t - 2))", "tan(pi*t/4)", "abs(t - 2)**0.3", "(t - 2)**-1"])
+def test_poles_have_no_bound(text: str) -> None:
+    bound = ExpressionMotion([text]).speed_bound(np.array([0.1, 1.99]), np.array([0.2, 2.01]))
+    assert np.isfinite(bound[0])
+    assert np.isinf(bound[1])
