@@ -124,8 +124,7 @@ class BulletEngine(StepBounds):
         self._collision = SpatialCollision(robot, self._world, [obstacle.name for obstacle in problem.obstacles])
         self._obstacles = problem.obstacles
         self._dt = problem.dt
-        self.holds_velocity = problem.control == "velocity"
-        self.speed_per_rate = self._speed_per_rate(problem)
+        self.prepare_bounds(self._speed_per_rate(problem), holds_velocity=problem.control == "velocity")
         self._travel = ObstacleTravel(problem.obstacles, self._world.obstacle_radii, problem.dt)
         # Simulated forces have a history: bodies are moved along a step in another world.
         self._geometry: tuple[World, SpatialCollision] | None = (
@@ -143,6 +142,7 @@ class BulletEngine(StepBounds):
         """Put the robot into a state: q (dof,), u (n_actions,)."""
         self.q, self.u = self._motion.start(q, u)
         self.qd = self._robot.joint_velocity(self.q, self.u)
+        self._peak = max(map(abs, self.u))
         self._collision.forget()
 
     def advance(self, action: list[float]) -> None:

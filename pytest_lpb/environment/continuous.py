@@ -17,21 +17,15 @@ class StepBounds(ABC):
 
     Where d(0) and d(1) are the clearances at both ends of a step and no distance changes by more than `travel` during
     it, no distance was below (d(0) + d(1) - travel) / 2 on the way.
-
-    Attributes (besides the engine's own):
-        speed_per_rate: bounds of the speed of any point, and of own bodies towards each other, per unit of max |u| [m].
-        holds_velocity: whether u is constant during a step, as under velocity control.
     """
 
     contact_slack_m: float
     q: list[float]
     u: list[float]
-    speed_per_rate: Travel
     holds_velocity: bool
     _dt: float
     _last: tuple[list[float], list[float], list[float]]  # q and u before the last step, and the action
     _travel: ObstacleTravel
-    _peak: tuple[list[float] | None, float] = (None, 0.0)  # the u last looked at, and its largest entry
 
     @abstractmethod
     def travel_of(self, row: int, before: list[float], q: list[float], u: list[float]) -> Travel:
@@ -57,28 +51,32 @@ class StepBounds(ABC):
     def restore(self) -> None:
         """Put all bodies back to where they are at the current row."""
 
+    def prepare_bounds(self, speed_per_rate: Travel, *, holds_velocity: bool) -> None:
+        """Set what bounds follow from.
+
+        Args:
+            speed_per_rate: bounds of the speed of any point, and of own bodies towards each other, per unit of max |u|.
+            holds_velocity: whether u is constant during a step, as under velocity control.
+        """
+        self.holds_velocity = holds_velocity
+        self._travel_per_rate = speed_per_rate[0] * self._dt
+        self._own_travel_per_rate = speed_per_rate[1] * self._dt
+        self._peak = 0.0  # max |u| at the last row
+
     def may_have_touched(self, row: int, gap: float, own_gap: float) -> bool:
-        """Whether bounds leave it open that bodies touched on the way to this row.
+        """Whether bounds leave it open that bodies touched on the way to this row; to be asked at each row.
 
         Args:
             row: the current row.
             gap, own_gap: sums of the clearances at both ends of the step, to obstacles and between own bodies [m].
         """
-        seen, peak = self._peak
-        largest = max(map(abs, self.u))
-        self._peak = (self.u, largest)
-        if self.holds_velocity:
-            peak = largest
-        elif seen is not self._last[1]:
-            peak = max(largest, *map(abs, self._last[1]))
-        elif peak < largest:
-            peak = largest
-        duration = peak * self._dt
-        speed, closing = self.speed_per_rate
-        slack = 2.0 * self.contact_slack_m
-        travel = self._travel
-        moved = travel.farthest(row) if travel.moving else 0.0
-        if not (gap + slack < speed * duration + moved or own_gap + slack < closing * duration):
+        before, self._peak = self._peak, max(map(abs, self.u))
+        peak = before if before > self._peak and not self.holds_velocity else self._peak
+        travel = peak * self._travel_per_rate
+        if self._travel.moving:
+            travel += self._travel.farthest(row)
+        if not (gap < travel or own_gap < peak * self._own_travel_per_rate):
             return False
-        farthest, closest = self.travel_of(row, self._last[1], self.q, self.u)
-        return gap + slack < farthest or own_gap + slack < closest
+        slack = 2.0 * self.contact_slack_m
+        travel, own_travel = self.travel_of(row, self._last[1], self.q, self.u)
+        return gap + slack < travel or own_gap + slack < own_travel

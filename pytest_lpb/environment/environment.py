@@ -117,8 +117,13 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         engine.set_state(problem.start_q.tolist(), problem.start_u.tolist())
         self._observation.update(0, engine.q, engine.qd, engine.u)
         engine.place_obstacles(*self._observation.obstacle_poses())
-        self.monitor.check(0, engine)
+        self.monitor.begin(engine)
         self._distance = self.monitor.goal_distance
+        self._has_units = len(self.monitor.primary_errors) > 1
+        self._constant_info = {
+            "robot_radius": problem.robot.body_radius,
+            "goal_tolerance": self.monitor.goal_tolerance,
+        }
         self._finish()
 
     @property
@@ -230,18 +235,18 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
 
     def _info(self) -> dict[str, Any]:
         """Never NaN, which is not equal to itself: gymnasium compares the infos of equal steps."""
-        monitor = self.monitor
+        monitor, violation = self.monitor, self.monitor.violation
         clearance = monitor.clearance[0]
-        errors = monitor.primary_errors
-        return {
-            "goal_distance": monitor.goal_distance,
-            **({f"goal_error_{unit}": error for unit, error in errors.items()} if len(errors) > 1 else {}),
+        info = {
+            "goal_distance": self._distance,
             "clearance": inf if isnan(clearance) else clearance,
-            "contact_time": inf if monitor.contact_time is None else monitor.contact_time,
+            "contact_time": inf if violation is None or violation.time is None else violation.time,
             "outcome": self.outcome or "running",
-            "robot_radius": self.problem.robot.body_radius,
-            "goal_tolerance": monitor.goal_tolerance,
+            **self._constant_info,
         }
+        if self._has_units:
+            info |= {f"goal_error_{unit}": error for unit, error in monitor.primary_errors.items()}
+        return info
 
     def render(self) -> Any:
         """A picture of the current row: (height, width, 3) uint8 with `rgb_array`; a window with `human`."""

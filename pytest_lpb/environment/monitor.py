@@ -10,6 +10,7 @@ from pytest_lpb.environment.engine import Engine, continuous
 from pytest_lpb.environment.limits import PositionLimits
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.continuous_collision import first_touch
+from pytest_lpb.problem.goal import SubGoal
 from pytest_lpb.problem.problem import Problem
 
 STALL_SPEED = 1e-3  # largest |u| of a robot that stands still [rad/s or m/s]
@@ -55,6 +56,7 @@ class Monitor:
         self._hold_rows = problem.hold_rows
         self._goals = list(enumerate(problem.goal))
         self._targets: list[list[float]] = [[] for _ in problem.goal]
+        self._one_error_each = all(type(goal).errors is SubGoal.errors for goal in problem.goal)  # faster
         components = [(goal, component) for goal in problem.goal for component in goal.components]
         self._required = [(i, part.tolerance) for i, (_, part) in enumerate(components) if part.tolerance is not None]
         self._primary = [(i, part) for i, (goal, part) in enumerate(components) if goal is problem.primary]
@@ -63,25 +65,35 @@ class Monitor:
         self._entered: int | None = None
         self._moved_at = -1
         self.clearance = self.self_clearance = NOTHING
+        self._motion: StepBounds | None = None  # what knows the way to the next row
 
     def set_target(self, index: int, target: list[float]) -> None:
         """Move the target of a sub-goal."""
         self._targets[index] = target
 
+    def begin(self, engine: Engine) -> None:
+        """Measure the engine's state, which is that of row 0."""
+        self.check(0, engine)
+        self._motion = continuous(engine)
+
     def check(self, row: int, engine: Engine) -> None:
-        """Measure the engine's state, which is that of this row."""
+        """Measure the engine's state, which is that of this row, one after the last."""
         q, frames = engine.q, engine.frames
-        self.goal_errors = [
-            error for i, goal in self._goals for error in goal.errors(goal.value(q, frames), self._targets[i])
-        ]
+        targets = self._targets
+        if self._one_error_each:
+            self.goal_errors = [goal.distance(goal.value(q, frames), targets[i]) for i, goal in self._goals]
+        else:
+            self.goal_errors = [
+                error for i, goal in self._goals for error in goal.errors(goal.value(q, frames), targets[i])
+            ]
         self._check_goal(row)
         gap, own_gap = self.clearance[0], self.self_clearance[0]
         self.clearance, self.self_clearance = engine.clearance()
         if self.violation is None:
             gap += self.clearance[0]
             own_gap += self.self_clearance[0]
-            motion = continuous(engine)
-            if row and motion is not None and motion.may_have_touched(row, gap, own_gap):
+            motion = self._motion
+            if motion is not None and motion.may_have_touched(row, gap, own_gap):
                 self.violation = contact_since(row, motion, self._problem.dt)
             if self.violation is None:
                 self._check_row(row, q, -engine.contact_slack_m)

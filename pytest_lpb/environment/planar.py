@@ -33,19 +33,19 @@ class PlanarEngine(StepBounds):
         self._dt = problem.dt
         self._collision = PlanarCollision(robot, problem.obstacles)
         self._obstacles = problem.obstacles
-        self.holds_velocity = problem.control == "velocity"
         # A robot of a user's own may not say how fast its links move.
         self._is_continuous = type(robot).link_speeds is not PlanarRobot.link_speeds
         if self._is_continuous:
             self._speeds = BodySpeeds(robot, self._collision)
             units = [1.0] * robot.n_actions
-            self.speed_per_rate = self._speeds.fastest(units, units)
+            self.prepare_bounds(self._speeds.fastest(units, units), holds_velocity=problem.control == "velocity")
         radii = [shape.circumradius for shape in self._collision.shapes]
         self._travel = ObstacleTravel(problem.obstacles, radii, problem.dt)
 
     def set_state(self, q: list[float], u: list[float]) -> None:
         """Put the robot into a state: q (dof,), u (n_actions,)."""
         self.q, self.u = q, u
+        self._peak = max(map(abs, u))
         self._refresh()
 
     def advance(self, action: list[float]) -> None:

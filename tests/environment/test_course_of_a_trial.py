@@ -1,6 +1,6 @@
 """How a trial ends: goals held, violations, outcomes, rewards."""
 
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -196,6 +196,7 @@ def test_the_information() -> None:
         "goal_distance": 50.0,
         "goal_tolerance": 0.1,
         "clearance": pytest.approx(1.3),
+        "contact_time": inf,
         "robot_radius": 0.2,
         "outcome": "running",
     }
