@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
-from pytest_lpb.report.gate_text import HEADS, change_texts, conclusion, doubt, left_out_lines, subject, verdict_cells
+from pytest_lpb.report.gate_text import (
+    HEADS,
+    change_texts,
+    conclusion,
+    doubt,
+    left_out_lines,
+    notes,
+    subject,
+    verdict_cells,
+)
 from pytest_lpb.report.view import PlannerStyle
 from pytest_lpb.run.gate import INCONCLUSIVE, REGRESSED, SAME, GateVerdict
 
@@ -72,7 +81,7 @@ def gate_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> GateSe
         closed=gate.closed,
         heads=HEADS[2:-1],
         entries=[_entry(verdict, styles) for verdict in gate.verdicts],
-        notes=[*doubts, *left_out_lines(gate)],
+        notes=[*doubts, *left_out_lines(gate), *notes(gate)],
         changes=[_changes(verdict) for verdict in gate.verdicts if verdict.verdict == REGRESSED],
     )
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pytest_lpb.aligned import aligned
 from pytest_lpb.names import count
 from pytest_lpb.report.numbers import finite
+from pytest_lpb.report.titles import compared_name
 from pytest_lpb.run.gate import INCONCLUSIVE, MIN_PROBLEMS, REGRESSED, GateResult, GateVerdict
 from pytest_lpb.run.gate_pairs import Change, LeftOut
 from pytest_lpb.run.margins import Margin
@@ -20,6 +21,7 @@ def gate_lines(result: GateResult) -> Iterator[str]:
     """Table of verdicts, why some are inconclusive, what was not compared, what changed and how to repeat it."""
     yield f"regression gate, baseline {result.baseline}"
     yield from aligned([HEADS, *map(verdict_cells, result.verdicts)])
+    yield from notes(result)
     for verdict in result.verdicts:
         if verdict.verdict == INCONCLUSIVE:
             yield f"inconclusive: {subject(verdict)}: {doubt(verdict)}"
@@ -27,6 +29,14 @@ def gate_lines(result: GateResult) -> Iterator[str]:
     for verdict in result.verdicts:
         if verdict.verdict == REGRESSED:
             yield from ("", *change_lines(verdict))
+
+
+def notes(result: GateResult) -> Iterator[str]:
+    """What the table's figures are, where that is not plain."""
+    if any(verdict.margin.kpi is None for verdict in result.verdicts):
+        yield "pp: percentage points, what two success rates differ by"
+    restricted = [kpi for verdict in result.verdicts if (kpi := verdict.margin.kpi) and kpi.restricted_to_duration]
+    yield from (compared_name(kpi) for kpi in dict.fromkeys(restricted))
 
 
 def verdict_cells(verdict: GateVerdict) -> tuple[str, ...]:
@@ -41,7 +51,7 @@ def verdict_cells(verdict: GateVerdict) -> tuple[str, ...]:
         value_text(margin, verdict.old),
         value_text(margin, verdict.new),
         "-" if finite(verdict.loss) is None else margin.text(verdict.loss),
-        f"{margin.text(low)} to {margin.text(high)}" if known else "-",
+        margin.text(low, high) if known else "-",
         margin.text(margin.value),
         verdict.verdict,
     )

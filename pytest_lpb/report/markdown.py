@@ -13,6 +13,7 @@ from pytest_lpb.report.gate_text import (
     conclusion,
     doubt,
     left_out_lines,
+    notes,
     subject,
     verdict_cells,
 )
@@ -67,8 +68,8 @@ def _gate(gate: GateResult) -> Iterator[str]:
     rows = [[*cells[:-1], f"{SIGNS.get(cells[-1], '✅')} {cells[-1]}"] for cells in map(verdict_cells, gate.verdicts)]
     yield from _table([HEADS, *rows])
     yield ""
-    notes = [f"{subject(entry)}: {doubt(entry)}" for entry in gate.verdicts if entry.verdict == INCONCLUSIVE]
-    yield from (f"- {_cell(note)}" for note in [*notes, *left_out_lines(gate)])
+    doubts = [f"{subject(entry)}: {doubt(entry)}" for entry in gate.verdicts if entry.verdict == INCONCLUSIVE]
+    yield from (f"- {_cell(note)}" for note in [*notes(gate), *doubts, *left_out_lines(gate)])
     for verdict in gate.verdicts:
         if verdict.verdict == REGRESSED:
             yield from _changes(verdict)

@@ -9,6 +9,7 @@ from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.numbers import show, show_exact
 from pytest_lpb.report.provenance import moment
+from pytest_lpb.report.titles import MARK
 from pytest_lpb.report.view import Cell, PlannerStyle
 from pytest_lpb.retime.figures import RetimedRow, against
 from pytest_lpb.retime.text import notes
@@ -57,21 +58,21 @@ def retimed_section(data: ReportData, styles: Mapping[str, PlannerStyle]) -> Ret
         heads=HEADS,
         entries=entries,
         measured=f"Measured {moment(retimed.moment)}{where}, one process, one thread for linear algebra.",
-        notes=[note.removeprefix("* ") for note in notes(retimed)],
+        notes=list(notes(retimed)),
         warnings=list(retimed.warnings),
     )
 
 
 def _cells(row: RetimedRow, rows: Sequence[RetimedRow]) -> list[Cell]:
     fastest = min(other.p50_ms for other in rows if other.scenario == row.scenario)
-    waited = "waited for a processor" if row.contended else ""
+    waited, mark = ("waited for a processor", MARK) if row.contended else ("", "")
     different = f"{row.different_trials} with other actions" if row.different_trials else ""
     return [
         Cell(str(row.trials), row.trials, different),
         Cell(show_exact(row.calls), row.calls, count(row.passes, "pass", "passes")),
-        Cell(show(row.p50_ms), row.p50_ms, waited),
-        *(Cell(show(value), value) for value in (row.p95_ms, row.p99_ms, row.max_ms)),
-        Cell(show(row.first_call_ms), row.first_call_ms, f"at most {show(row.first_call_max_ms)}"),
+        Cell(show(row.p50_ms), row.p50_ms, waited, mark),
+        *(Cell(show(value), value, mark=mark) for value in (row.p95_ms, row.p99_ms, row.max_ms)),
+        Cell(show(row.first_call_ms), row.first_call_ms, f"at most {show(row.first_call_max_ms)}", mark),
         Cell(
             f"{show_exact(row.deadline_misses)} of {show_exact(row.deadline_calls)}",
             row.deadline_misses / row.deadline_calls,

@@ -36,7 +36,7 @@ def _cells(row: RetimedRow, retimed: Retimed) -> Sequence[str]:
     times = (row.p50_ms, row.p95_ms, row.p99_ms, row.max_ms, row.first_call_ms)
     return (
         row.scenario,
-        f"{row.planner}{'*' if row.contended else ''}",
+        f"{row.planner}{' †' if row.contended else ''}",
         str(row.trials),
         str(row.calls),
         *(f"{time:.3g}" for time in times),
@@ -62,7 +62,7 @@ def notes(retimed: Retimed) -> Iterator[str]:
             "what two passes of the same calls differ by, at most; less between planners is called noise"
         )
     if any(row.contended for row in retimed.rows):
-        yield "* these calls had to wait for a processor: no basis for comparisons"
+        yield "† these calls had to wait for a processor: no basis for comparisons"
 
 
 def percent(share: float) -> str:

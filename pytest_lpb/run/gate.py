@@ -142,7 +142,7 @@ def _judge(planner: str, counterpart: str, margin: Margin, pairing: Pairing, els
         reason = f"{count(problems, 'common problem')}; {MIN_PROBLEMS} are needed"
         further = pairing.further_seeds(margin, deciding_pairs(loss, margin.value, MIN_PROBLEMS) or MIN_PROBLEMS)
     elif verdict == INCONCLUSIVE:
-        reason = f"the loss may be {margin.text(low)} to {margin.text(high)}"
+        reason = f"the loss may be {margin.text(low, high)}"
         further = pairing.further_seeds(margin, deciding_pairs(loss, margin.value, MIN_PROBLEMS))
     changes = pairing.worse(margin)
     return GateVerdict(

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 SUCCESS = "success"
 DEFAULT_MARGINS = "success:5%"
 PERCENT = "%"
+POINTS = "pp"  # percentage points: what two rates differ by
 DIMENSIONLESS = "1"
 
 _ENTRY = re.compile(r"([^:]+):\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
@@ -48,9 +49,11 @@ class Margin:
         """Whether the machine's speed is in it."""
         return self.kpi is not None and self.kpi.timing
 
-    def text(self, loss: float) -> str:
-        """A loss in words: `5 %`, `0.01 m`."""
-        return f"{100 * loss if self.unit == PERCENT else loss:.3g} {self.unit}".rstrip()
+    def text(self, *losses: float) -> str:
+        """A loss in words: `5 %`, `0.01 m`, of success `5 pp` (percentage points); or the range of two: `1 to 5 %`."""
+        scale = 100 if self.unit == PERCENT else 1
+        unit = POINTS if self.kpi is None else self.unit
+        return f"{' to '.join(f'{scale * loss:.3g}' for loss in losses)} {unit}".rstrip()
 
 
 def parse_margins(texts: Iterable[str], kpis: Iterable[KpiColumn], option: str) -> list[Margin]:

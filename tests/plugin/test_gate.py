@@ -72,8 +72,10 @@ def test_an_unchanged_planner_keeps_it_open(gated: Project) -> None:
         [
             "regression gate, baseline baseline.json",
             r"planner +kpi +problems +baseline +now +loss +95 % bounds +margin +verdict",
-            r"mine +success +24 +100 % +100 % +0 % +0 % to 0 % +0 % +same or better",
+            r"mine +success +24 +100 % +100 % +0 pp +0 to 0 pp +0 pp +same or better",
             r"mine +time_to_goal_s +24 .* 0 % +same or better",
+            r"pp: percentage points, what two success rates differ by",
+            r"time_to_goal_s, failures count the duration",
             "gate open: same or better in all that was asked",
             "report: reports/.*/report.html",
         ],
@@ -112,7 +114,7 @@ def test_by_default_five_points_of_success_are_allowed(gated: Project) -> None:
     set_speed(gated, TOO_SLOW)
     result = gated.run(BASELINE, "--lpb-assert=none", "scenarios", planners="mine")
     assert result.ret == 1
-    result.stdout.re_match_lines([r"mine +success +24 +100 % +0 % +100 % .* 5 % +regressed"])
+    result.stdout.re_match_lines([r"mine +success +24 +100 % +0 % +100 pp .* 5 pp +regressed"])
     assert "success -> timeout" in text_of(result)
 
 
@@ -322,7 +324,7 @@ def test_a_run_that_is_finished_later_is_gated_as_it_was_to_be(gated: Project) -
     assert "GATE OPEN, BUT NOT SURE" in text_of(result)
     result = gated.run(f"--lpb-resume={run}", planners=None, fast=False)
     assert result.ret == 1
-    result.stdout.re_match_lines([r"mine +success +24 .* 3 % +regressed"])
+    result.stdout.re_match_lines([r"mine +success +24 .* 3 pp +regressed"])
 
 
 def test_lpb_report_judges_a_gated_run_again(gated: Project, capsys: pytest.CaptureFixture[str]) -> None:

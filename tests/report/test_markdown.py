@@ -56,11 +56,10 @@ def test_a_closed_gate() -> None:
     assert len(planners) == 3
     assert planners[2].startswith("| a | 30/40 | 40 | 75 % |")
     assert "**GATE CLOSED: 1 verdict regressed** (baseline: old)" in text
-    assert verdicts[2].startswith("| a | success | 40 | 100 % | 75 % | 25 % | ")
-    assert verdicts[2].endswith("| 2 % | ❌ regressed |")
+    assert verdicts[2].startswith("| a | success | 40 | 100 % | 75 % | 25 pp | ")
+    assert verdicts[2].endswith("| 2 pp | ❌ regressed |")
     assert (
-        verdicts[3]
-        == "| a | clearance\\_min\\_m | 40 | 0.2 m | 0.2 m | 0 m | 0 m to 0 m | 0.01 m | ✅ same or better |"
+        verdicts[3] == "| a | clearance\\_min\\_m | 40 | 0.2 m | 0.2 m | 0 m | 0 to 0 m | 0.01 m | ✅ same or better |"
     )
     assert changes[2] == "| s | 0 | success | timeout |"
     assert "pytest scenarios/s.yaml::a::seed0" in text

@@ -79,8 +79,8 @@ def test_what_waited_for_a_processor_is_marked() -> None:
     assert waited.contended
     assert not row().contended
     lines = list(retimed_table(Retimed([waited])))
-    assert lines[1].split()[:2] == ["s", "a*"]
-    assert lines[-1].startswith("* these calls had to wait")
+    assert lines[1].split()[:3] == ["s", "a", "†"]
+    assert lines[-1].startswith("† these calls had to wait")
 
 
 def test_the_terminal_says_count_and_floor() -> None:

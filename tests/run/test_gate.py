@@ -149,7 +149,7 @@ def test_a_spread_about_the_margin_is_inconclusive_and_says_what_would_decide() 
     verdict = judge(old, new, "time_to_goal_s:13%")
     assert verdict.verdict == INCONCLUSIVE
     assert verdict.loss_low < 0.13 < verdict.loss_high
-    assert verdict.reason == f"the loss may be {100 * verdict.loss_low:.3g} % to {100 * verdict.loss_high:.3g} %"
+    assert verdict.reason == f"the loss may be {100 * verdict.loss_low:.3g} to {100 * verdict.loss_high:.3g} %"
     further = verdict.further_seeds
     assert further is not None
     # So many more of the same kind do decide.

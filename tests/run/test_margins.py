@@ -22,7 +22,7 @@ def test_percentages_and_numbers_with_units() -> None:
     assert (clearance.value, clearance.unit, clearance.relative) == (0.01, "m", False)
     assert (misses.value, misses.unit) == (0.05, "")
     assert [margin.text(margin.value) for margin in (success, time, clearance, misses)] == [
-        *("2 %", "10 %", "0.01 m", "0.05")
+        *("2 pp", "10 %", "0.01 m", "0.05")
     ]
 
 
