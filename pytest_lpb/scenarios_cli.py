@@ -8,7 +8,7 @@ import re
 import shlex
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -61,7 +61,46 @@ def _parser() -> argparse.ArgumentParser:
     )
     importing.add_argument("--output", type=Path, metavar="FILE", help="scenario file to write (default: print it)")
     importing.set_defaults(command=_import)
+    for name, command, text in (
+        ("keys", _keys, "all keys of scenario files with type, unit and default, as Markdown"),
+        ("schema", _schema, "the JSON Schema of scenario files, for editors"),
+    ):
+        printing = commands.add_parser(name, help=text)
+        printing.add_argument("--output", type=Path, metavar="FILE", help="file to write (default: print it)")
+        printing.add_argument(
+            "--plugin",
+            action="append",
+            default=[],
+            metavar="MODULE",
+            help="module, or Python file such as conftest.py, that registers robots, shapes and the like",
+        )
+        printing.set_defaults(command=command)
     return parser
+
+
+def _keys(options: argparse.Namespace) -> None:
+    from pytest_lpb.scenario.key_table import keys_page
+
+    _print(options, keys_page)
+
+
+def _schema(options: argparse.Namespace) -> None:
+    from pytest_lpb.scenario.json_schema import schema_text
+
+    _print(options, schema_text)
+
+
+def _print(options: argparse.Namespace, text_of: Callable[[], str]) -> None:
+    """Print or write a text that is made with what users register."""
+    from pytest_lpb.run.plugins import load_plugin
+
+    for plugin in options.plugin:
+        load_plugin(plugin)
+    if options.output is None:
+        print(text_of(), end="")
+    else:
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(options.output, text_of().encode())
 
 
 def _list(options: argparse.Namespace) -> None:

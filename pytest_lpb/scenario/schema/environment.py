@@ -15,7 +15,7 @@ Ending = Literal["goal", "violation"]
 class Environment(Part):
     """The simulated world and its clock."""
 
-    engine: Literal["planar", "pybullet"] = "planar"
+    engine: Literal["planar", "pybullet"] = Field(default="planar", description="pybullet: in space")
     dt: Step = Field(default=0.05, description="[s] time step")
     duration: Duration = Field(default=25.0, description="[s] a multiple of dt")
     end_at: Annotated[list[Ending], Distinct] = Field(
@@ -35,6 +35,8 @@ class Environment(Part):
 class Start(Part):
     """The robot's state at t = 0; zeros by default."""
 
-    q: Vector | None = Field(default=None, description="joint positions [rad or m]")
-    qd: Vector | None = Field(default=None, description="joint velocities [rad/s or m/s]")
-    u: Vector | None = Field(default=None, description="actuated velocities of a non-holonomic base")
+    q: Vector | None = Field(default=None, description="joint positions [rad or m]; default zeros")
+    qd: Vector | None = Field(default=None, description="joint velocities [rad/s or m/s]; default zeros")
+    u: Vector | None = Field(
+        default=None, description="in place of qd for non-holonomic bases [m/s, rad/s]; default zeros"
+    )

@@ -40,26 +40,30 @@ class Certified(Part):
     length_m: Annotated[float, Field(allow_inf_nan=False, gt=0, le=1e6)] = Field(
         description="[m] of the primary goal's link along the path"
     )
-    path: Text | None = Field(default=None, description="CSV file with t [s] and q in its rows")
+    path: Text | None = Field(default=None, description="CSV file, t and q in its rows")
 
 
 class ScenarioFile(Part):
     """A family of motion planning problems: contract section 2."""
 
-    version: Literal[1]
-    description: Text = ""
+    version: Literal[1] = Field(description="of this format")
+    description: Text = Field(default="", description="for people")
     source: Text | None = Field(default=None, description="of a concrete problem: what it was drawn from")
     tags: Annotated[list[Tag], Field(max_length=MAX_TAGS), Distinct] = Field(default=[], description="pytest markers")
-    robot: Robot
-    environment: Environment = Environment()
-    start: Start = Start()
-    goal: Annotated[list[Goal], Field(min_length=1, max_length=MAX_GOALS)]
-    obstacles: Annotated[list[Obstacle], Field(max_length=MAX_OBSTACLES)] = Field(default=[])
-    randomize: Randomize | None = None
+    robot: Robot = Field(description="what moves")
+    environment: Environment = Field(default=Environment(), description="engine, clock, what ends a trial")
+    start: Start = Field(default=Start(), description="state at t = 0")
+    goal: Annotated[list[Goal], Field(min_length=1, max_length=MAX_GOALS)] = Field(
+        description="sub-goals; those with a tolerance must be reached together"
+    )
+    obstacles: Annotated[list[Obstacle], Field(max_length=MAX_OBSTACLES)] = Field(
+        default=[], description="what is in the way, fixed or moving"
+    )
+    randomize: Randomize | None = Field(default=None, description="what differs from seed to seed")
     seed: Seed = Field(default=0, description="first seed")
-    trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] = 1
-    success: Success = Success()
-    certified: Certified | None = None
+    trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] = Field(default=1, description="how many seeds")
+    success: Success = Field(default=Success(), description="what else makes a trial a success")
+    certified: Certified | None = Field(default=None, description="proof that it can be solved")
     xfail: Annotated[dict[Name, XFail], Field(max_length=1000)] = Field(
         default={}, description="per planner: why it is known to fail"
     )

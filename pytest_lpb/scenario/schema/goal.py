@@ -47,14 +47,14 @@ class SubGoal(Part):
         default=None,
         description="[m or rad], or one per unit, {m: .., rad: ..}; without: a preference, not needed for success",
     )
-    weight: Weight = 1.0
+    weight: Weight = Field(default=1.0, description="for planners that weigh sub-goals")
     primary: bool = Field(default=False, description="the first sub-goal is primary unless one says so")
 
 
 class MovingGoal(SubGoal):
     """A sub-goal with a target; exactly one of target, trajectory and spline."""
 
-    target: Vector | None = None
+    target: Vector | None = Field(default=None, description="fixed, in the sub-goal's own coordinates [m or rad]")
     trajectory: Trajectory | None = Field(default=None, description="expressions in t")
     spline: Spline | None = Field(default=None, description="rows [t, x, y, ...]")
     periodic: bool | None = Field(default=None, description="whether the spline repeats")
@@ -63,8 +63,8 @@ class MovingGoal(SubGoal):
 class PositionGoal(MovingGoal):
     """A point of a link at a target position."""
 
-    type: Literal["position"]
-    link: Name
+    type: Literal["position"] = Field(description="which sub-goal it is")
+    link: Name = Field(description="of the robot")
     axes: Annotated[list[Axis], Field(min_length=1, max_length=3), Distinct] | None = Field(
         default=None, description="axes of the world that count; default all"
     )
@@ -81,8 +81,8 @@ def _angle_as_list(value: Any) -> Any:
 class OrientationGoal(MovingGoal):
     """A link at a target orientation: an angle in the plane, a quaternion wxyz in space."""
 
-    type: Literal["orientation"]
-    link: Name
+    type: Literal["orientation"] = Field(description="which sub-goal it is")
+    link: Name = Field(description="of the robot")
     target: Annotated[
         Vector | None, BeforeValidator(_angle_as_list, json_schema_input_type=float | list[Coordinate] | None)
     ] = Field(default=None, description="[rad], or a quaternion wxyz")
@@ -91,18 +91,20 @@ class OrientationGoal(MovingGoal):
 class JointGoal(MovingGoal):
     """Joints at target positions; the error is the largest one."""
 
-    type: Literal["joint"]
-    joints: Annotated[list[Name], Field(min_length=1, max_length=106), Distinct]
+    type: Literal["joint"] = Field(description="which sub-goal it is")
+    joints: Annotated[list[Name], Field(min_length=1, max_length=106), Distinct] = Field(
+        description="names, in the order of the target"
+    )
 
 
 class AlignmentGoal(SubGoal):
     """An axis of a link along an axis of another frame."""
 
-    type: Literal["alignment"]
-    link: Name
-    axis: Direction
-    other: Name = "world"
-    other_axis: Direction
+    type: Literal["alignment"] = Field(description="which sub-goal it is")
+    link: Name = Field(description="of the robot")
+    axis: Direction = Field(description="in the link's frame, of any length but zero")
+    other: Name = Field(default="world", description="the other frame: a link, or the world")
+    other_axis: Direction = Field(description="in the other frame")
 
 
 def type_tag(value: Any) -> str | None:

@@ -22,7 +22,7 @@ MAX_OBSTACLES = 1_000
 
 
 class AxisAngle(Part):
-    """A turn about an axis, by an angle that may depend on time."""
+    """A rotation about an axis, by an angle that may depend on time."""
 
     axis: Direction3 = Field(description="of any length but zero, in the world")
     angle: Annotated[
@@ -64,54 +64,54 @@ class Placed(Part):
 class Circle(Placed):
     """A disc."""
 
-    shape: Literal["circle"]
-    radius: Length
+    shape: Literal["circle"] = Field(description="which obstacle it is")
+    radius: Length = Field(description="[m]")
 
 
 class Sphere(Placed):
-    """A ball."""
+    """A sphere."""
 
-    shape: Literal["sphere"]
-    radius: Length
+    shape: Literal["sphere"] = Field(description="which obstacle it is")
+    radius: Length = Field(description="[m]")
 
 
 class Rectangle(Placed):
     """A rectangle of full side lengths."""
 
-    shape: Literal["rectangle"]
-    size: Annotated[list[Length], Field(min_length=2, max_length=2)]
+    shape: Literal["rectangle"] = Field(description="which obstacle it is")
+    size: Annotated[list[Length], Field(min_length=2, max_length=2)] = Field(description="[m] full side lengths")
 
 
 class Box(Placed):
     """A box of full side lengths."""
 
-    shape: Literal["box"]
-    size: Annotated[list[Length], Field(min_length=3, max_length=3)]
+    shape: Literal["box"] = Field(description="which obstacle it is")
+    size: Annotated[list[Length], Field(min_length=3, max_length=3)] = Field(description="[m] full side lengths")
 
 
 class Cylinder(Placed):
     """A cylinder along z."""
 
-    shape: Literal["cylinder"]
-    radius: Length
-    length: Length
+    shape: Literal["cylinder"] = Field(description="which obstacle it is")
+    radius: Length = Field(description="[m]")
+    length: Length = Field(description="[m] along z")
 
 
 class Capsule(Placed):
     """A capsule along z; the length is between the centres of its caps."""
 
-    shape: Literal["capsule"]
-    radius: Length
-    length: Length
+    shape: Literal["capsule"] = Field(description="which obstacle it is")
+    radius: Length = Field(description="[m]")
+    length: Length = Field(description="[m] along z")
 
 
 class Mesh(Placed):
     """A triangle mesh from a file."""
 
-    shape: Literal["mesh"]
-    file: Text
-    scale: Length = 1.0
-    concave: bool = False
+    shape: Literal["mesh"] = Field(description="which obstacle it is")
+    file: Text = Field(description="path of an .obj or .stl file, relative to the scenario file")
+    scale: Length = Field(default=1.0, description="factor of its coordinates")
+    concave: bool = Field(default=False, description="its surface in place of its convex hull")
 
 
 def shape_tag(value: Any) -> str | None:

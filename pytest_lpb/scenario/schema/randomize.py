@@ -52,16 +52,16 @@ class Group(Part):
 
 
 class RoundGroup(Group):
-    """Discs or balls."""
+    """Discs or spheres."""
 
-    shape: Literal["circle", "sphere"]
+    shape: Literal["circle", "sphere"] = Field(description="which obstacles they are")
     radius: LengthRange = Field(description="[m]")
 
 
 class BoxGroup(Group):
     """Rectangles or boxes."""
 
-    shape: Literal["rectangle", "box"]
+    shape: Literal["rectangle", "box"] = Field(description="which obstacles they are")
     size: Annotated[list[LengthRange], Field(min_length=2, max_length=3)] = Field(
         description="[lower, upper] per side [m]"
     )
@@ -70,7 +70,7 @@ class BoxGroup(Group):
 class LongGroup(Group):
     """Cylinders or capsules."""
 
-    shape: Literal["cylinder", "capsule"]
+    shape: Literal["cylinder", "capsule"] = Field(description="which obstacles they are")
     radius: LengthRange = Field(description="[m]")
     length: LengthRange = Field(description="[m]")
 
@@ -114,7 +114,7 @@ class Randomize(Part):
     """What is drawn anew for every seed, and from which ranges."""
 
     draw: Annotated[list[PartName], Distinct] = Field(default=[], description="parts drawn without any flag")
-    start: Configuration | None = None
+    start: Configuration | None = Field(default=None, description="ranges of the start")
     goal: GoalRanges | None = Field(
         default=None, description="a box for the primary position, or {q: ranges} for reachable targets"
     )

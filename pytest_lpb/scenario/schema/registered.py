@@ -58,7 +58,9 @@ def _tagged(models: Mapping[str, type[Part]], discriminator: Any) -> Any:
 
 
 def _environment() -> type[Environment]:
-    return _extended(Environment, engine=(Literal[engine_names()], "planar"))
+    return _extended(
+        Environment, engine=(Literal[engine_names()], Field(default="planar", description="the simulator"))
+    )
 
 
 def _robot() -> type[Robot]:
@@ -72,7 +74,7 @@ def _robot() -> type[Robot]:
 def _goals() -> Any:
     models: dict[str, type[Part]] = dict(goal.TYPES)
     for entry in goals.all():
-        named = {"type": (Literal[entry.name], ...), **_fields(entry.keys)}
+        named = {"type": (Literal[entry.name], Field(description="registered")), **_fields(entry.keys)}
         models[f"({entry.name})"] = _extended(goal.MovingGoal, f"Goal_{entry.name}", _text(entry), **named)
     return _tagged(models, goal.type_tag)
 
@@ -80,7 +82,7 @@ def _goals() -> Any:
 def _obstacles() -> Any:
     models: dict[str, type[Part]] = dict(obstacle.SHAPES)
     for entry in shapes.all():
-        named = {"shape": (Literal[entry.name], ...), **_fields(entry.keys)}
+        named = {"shape": (Literal[entry.name], Field(description="registered")), **_fields(entry.keys)}
         models[f"({entry.name})"] = _extended(obstacle.Placed, f"Shape_{entry.name}", _text(entry), **named)
     return _tagged(models, obstacle.shape_tag)
 
@@ -88,7 +90,7 @@ def _obstacles() -> Any:
 def _randomize() -> type[randomize.Randomize]:
     models: dict[str, type[Part]] = dict(randomize.GROUPS)
     for entry in shapes.all():
-        named = {"shape": (Literal[entry.name], ...), **_fields(entry.keys, _RANGES)}
+        named = {"shape": (Literal[entry.name], Field(description="registered")), **_fields(entry.keys, _RANGES)}
         models[f"({entry.name})"] = _extended(randomize.Group, f"Group_{entry.name}", _text(entry), **named)
     group = _tagged(models, randomize.group_tag)
     groups = Annotated[

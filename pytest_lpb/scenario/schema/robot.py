@@ -109,7 +109,9 @@ class Robot(Part):
         description="point, planar_arm, differential_drive; in space point_3d, arm_3d, cart, car, panda, ...",
     )
     urdf: Text | None = Field(default=None, description="path of a URDF file, in place of model")
-    name: Name | None = Field(default=None, description="key for a planner's per_robot parameters")
+    name: Name | None = Field(
+        default=None, description="key for a planner's per_robot parameters; default model or file"
+    )
     links: Links | None = Field(default=None, description="planar_arm: a count of 1 m links, or their lengths [m]")
     joints: Annotated[list[Name], Field(max_length=MAX_LINKS), Distinct] | None = Field(
         default=None, description="URDF: planned joints in the order of q; []: only the base moves"
@@ -117,18 +119,25 @@ class Robot(Part):
     locked_joints: Annotated[dict[Name, Coordinate], Field(max_length=1000)] | None = Field(
         default=None, description="URDF: joints held at a position [rad or m]"
     )
-    base: Literal["fixed", "holonomic", "differential_drive", "bicycle"] | None = None
-    base_pose: BasePose | None = None
+    base: Literal["fixed", "holonomic", "differential_drive", "bicycle"] | None = Field(
+        default=None, description="what it stands on; default the model's own, of a URDF fixed"
+    )
+    base_pose: BasePose | None = Field(default=None, description="URDF: where the base stands at q = 0")
     base_size: Annotated[list[Length], Field(min_length=3, max_length=3)] | None = Field(
         default=None, description="[m] length, width, height of a box that carries a robot on a moving base"
     )
     wheel_base: Length | None = Field(
-        default=None, description="[m] differential drive: wheel separation; bicycle: axle distance"
+        default=None,
+        description="[m] differential drive: wheel separation; bicycle: axle distance; default 0.5 or known",
     )
-    control: Literal["acceleration", "velocity", "torque"] = "acceleration"
-    body_radius: Length | None = Field(default=None, description="[m] radius of bodies that are made to measure")
-    collision: Collision = "geometry"
-    limits: Limits | None = None
+    control: Literal["acceleration", "velocity", "torque"] = Field(
+        default="acceleration", description="what actions are; torque needs dynamics: true"
+    )
+    body_radius: Length | None = Field(
+        default=None, description="[m] of bodies that are made to measure; default 0.2, planar_arm 0.1, arm_3d 0.05"
+    )
+    collision: Collision = Field(default="geometry", description="what collides: its own geometry, or spheres")
+    limits: Limits | None = Field(default=None, description="of positions, velocities, accelerations, efforts")
     self_collision_pairs: SelfCollisionPairs | None = Field(
         default=None,
         description="pairs of bodies; absent: all but adjacent; []: none; {except, srdf}: all but some",

@@ -68,7 +68,7 @@ class Success(Part):
 class ExpectedFailure(Part):
     """A failure that is known and does not fail the run."""
 
-    reason: Text
+    reason: Text = Field(description="why")
     outcomes: Annotated[list[Outcome], Field(min_length=1), Distinct] | None = Field(
         default=None, description="outcomes that are expected; default any failure"
     )
