@@ -132,7 +132,7 @@ def test_robots_that_are_named_are_those_there_are() -> None:
 def test_each_page_is_found_from_the_readme() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     assert {f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")} <= set(
-        re.findall(r"\((docs/\w+\.md)\)", text)
+        re.findall(r"\((docs/[\w-]+\.md)\)", text)
     )
 
 

@@ -4,35 +4,36 @@ from __future__ import annotations
 
 import os
 import re
-import sys
-from pathlib import Path
+import shlex
 
 import pytest
 
+from pytest_lpb.cli import main
 from tests.docs.test_examples import BLOCK, ROOT
+from tests.plugin.projects import FAST, Project, text_of
 
-COMMAND = re.compile(r"^(.*?) +# ends with (\d)$", re.MULTILINE)
+COMMAND = re.compile(r"^(\S+)(.*?) +# ends with (\d)$", re.MULTILINE)
 
 
-def test_from_an_empty_folder_to_a_gate(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_from_an_empty_folder_to_a_gate(project: Project, monkeypatch: pytest.MonkeyPatch) -> None:
     for key in [key for key in os.environ if key.startswith(("PYTEST_", "COV_"))]:
         monkeypatch.delenv(key)
-    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
-    # As everywhere in these tests: evaluating and drawing all KPIs takes most of a small run's time.
-    monkeypatch.setenv("PYTEST_ADDOPTS", "--lpb-kpis=time_to_goal_s -p no:cacheprovider")
     printed = []
     for language, text in BLOCK.findall((ROOT / "docs/tutorial.md").read_text("utf-8")):
-        if language == "sh":
-            for command, code in COMMAND.findall(text):
-                result = pytester.run("sh", "-c", command)
-                assert result.ret == int(code), command
-                printed.append(result.stdout.str())
-        else:
+        if language != "sh":
             path, _, content = text.removeprefix("# ").partition("\n")
-            file = pytester.path / path
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(content, "utf-8")
-    assert "hit obstacle 'drawn" in printed[0]
-    assert len(printed) == 4
-    assert "regressed" in printed[3]
-    assert (pytester.path / "reports/latest/report.html").is_file()
+            project.write(path, content)
+            continue
+        for program, words, code in COMMAND.findall(text):
+            arguments = shlex.split(words)
+            if program == "pytest":
+                result = project.run(FAST, *arguments, planners=None)
+                printed.append(text_of(result))
+                assert result.ret == int(code), printed[-1]
+            else:
+                assert main(arguments) == int(code), (program, words)
+    first, second, gated = printed
+    assert "hit obstacle 'drawn" in first
+    assert "regressed" in gated
+    assert "regressed" not in second
+    assert (project.path / "reports/latest/report.html").is_file()
