@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from functools import lru_cache
 from math import inf, isfinite, sqrt
 from pathlib import Path
@@ -114,14 +115,7 @@ class _Reader:
         for element in self._root.all("joint"):
             name = self._name(element, joints)
             joints[name] = self._joint(element, name, links)
-        for element in self._root.all("joint"):
-            mimic = joints[element.attributes["name"]].mimic
-            if mimic is not None and mimic[0] not in joints:
-                raise self._fault(element, f"mimics {mimic[0]!r}, which is no joint{suggestion(mimic[0], joints)}")
-            if mimic is not None and joints[mimic[0]].mimic is not None:
-                raise self._fault(
-                    element, f"mimics {mimic[0]!r}, which mimics another; name the one that moves by itself"
-                )
+        joints |= {element.attributes["name"]: self._followed(element, joints) for element in self._root.all("joint")}
         joints, held, limits = with_ranges(joints)
         ordered_links, ordered_joints = in_tree_order(links, joints, self._path)
         return UrdfModel(
@@ -134,6 +128,27 @@ class _Reader:
             tuple(dict.fromkeys(self._absent)),
             self._located,
         )
+
+    def _followed(self, element: Element, joints: dict[str, Joint]) -> Joint:
+        """A joint with what it mimics; of one that mimics a follower, what that one follows.
+
+        Where q = a r + b and r = c s + d, q = a c s + (a d + b).
+        """
+        joint = joints[element.attributes["name"]]
+        if joint.mimic is None:
+            return joint
+        source, multiplier, offset = joint.mimic
+        passed = {joint.name: None}  # in their order
+        while True:
+            if source not in joints:
+                raise self._fault(element, f"mimics {source!r}, which is no joint{suggestion(source, joints)}")
+            if source in passed:
+                raise self._fault(element, f"mimics itself: {' -> '.join([*passed, source])}")
+            further = joints[source].mimic
+            if further is None:
+                return replace(joint, mimic=(source, multiplier, offset))
+            passed[source] = None
+            source, multiplier, offset = further[0], multiplier * further[1], multiplier * further[2] + offset
 
     def _note(self, element: Element, what: str) -> str:
         return f"{self._path.name}:{element.line}: {what}"

@@ -156,6 +156,32 @@ def test_followers_that_leave_no_motion_are_warned_of(limit: str, multiplier: in
     assert warning.startswith("r.urdf: joint 'f' mimics 'm', whose range [0, 0.5] is no motion within its own, [")
 
 
+def test_followers_of_followers(tmp_path: Path) -> None:
+    """g = 3 f + 0.1 and f = -2 m + 0.5: g = -6 m + 1.6, so that g's limits narrow m to [-0.4, 0.6]."""
+    parts = [*LINKS, link("c"), link("d"), slide("m", "a", "b", 'lower="-1" upper="1"')]
+    parts.append(slide("g", "c", "d", 'lower="-2" upper="4"', '<mimic joint="f" multiplier="3" offset="0.1"/>'))
+    parts.append(slide("f", "b", "c", "", '<mimic joint="m" multiplier="-2" offset="0.5"/>'))
+    robot = robot_of(tmp_path, *parts)
+    assert robot.joint_names == ("m",)
+    assert robot.limits.position.tolist() == [pytest.approx([-0.4, 0.6])]
+    below = [robot.forward_kinematics([0.2], name)[2, 3] for name in "bcd"]
+    assert below == pytest.approx([0.2, 0.2 + 0.1, 0.2 + 0.1 + 0.4])
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("f", "m", r"r\.urdf:1: mimics itself: m -> f -> m"),
+        ("m", "m", r"r\.urdf:1: mimics itself: m -> m"),
+        ("n", "m", r"r\.urdf:1: mimics 'n', which is no joint"),
+    ],
+)
+def test_joints_that_follow_nothing(first: str, second: str, message: str, tmp_path: Path) -> None:
+    parts = [*LINKS, link("c"), slide("m", "a", "b", "", f'<mimic joint="{first}"/>')]
+    with pytest.raises(ScenarioError, match=message):
+        read(tmp_path, *parts, slide("f", "b", "c", "", f'<mimic joint="{second}"/>'))
+
+
 def test_equal_limits_hold_a_joint_and_its_followers(tmp_path: Path) -> None:
     """At 0.25 m the link stands 0.75 m from its parent along x; its follower, at -0.5 m, 0.5 m below z."""
     held = slide("m", "a", "b", 'lower="0.25" upper="0.25"').replace("0 0 1", "2 0 0")
