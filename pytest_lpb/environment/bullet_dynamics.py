@@ -69,6 +69,7 @@ class DynamicMotion:
         self._drive(u, action)
         # A step leaves the links' frames where they were before it, until somebody asks for them to be computed.
         self._world.client.call("getLinkState", self._world.robot, 0, computeForwardKinematics=True)
+        self._world.moved()
         position, velocity = self._measured()
         u = self._actuated(position, velocity, q, u, action)
         self._keep_path(position)

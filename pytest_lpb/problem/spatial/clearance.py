@@ -1,9 +1,9 @@
 """Exact clearance of a robot in a PyBullet world, measured for as few pairs of bodies as that takes.
 
 Between two steps no point of a body moves farther than its `travel`, so the distance of a pair cannot shrink by more
-than both travels. Each pair carries the lower bound that follows from its last measurement; a query measures pairs
-in the order of their bounds until the next bound is no smaller than the least distance found. What it returns is exact:
-the bounds only decide what need not be measured.
+than both travels; of two bodies of the robot only the joints between them count. Each pair carries the lower bound that
+follows from its last measurement; a query measures pairs in the order of their bounds until the next bound is no
+smaller than the least distance found. What it returns is exact: the bounds only decide what need not be measured.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from math import inf, nan
 from operator import mul
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.robot import FloatArray
@@ -56,9 +55,8 @@ class Pairs:
         self._first = [(one.id, one.link) for one in first]
         self._others = [(other, NO_LINK) if isinstance(other, int) else (other.id, other.link) for other in others]
         # Bodies that follow a link, to be put to their places before they are measured.
-        self._following = [
-            [body for body in pair if isinstance(body, Body) and body.carrier is not None] for pair in both
-        ]
+        following = [[body for body in pair if isinstance(body, Body) and body.carrier is not None] for pair in both]
+        self._following = following if any(following) else []
         self._margins = margins
         self.names = names
         self.bounds: FloatArray = np.full(len(names), -inf)
@@ -88,8 +86,9 @@ class Pairs:
 
     def _measure(self, pair: int, enough: float) -> float:
         """Distance of a pair [m], or a lower bound beyond `enough` if it is larger."""
-        for following in self._following[pair]:
-            self._world.bring(following)
+        if self._following:
+            for following in self._following[pair]:
+                self._world.bring(following)
         first, first_link = self._first[pair]
         body, link = self._others[pair]
         margin = self._margins[pair]
@@ -133,8 +132,6 @@ class SpatialCollision:
             [bodies[i].margin + bodies[j].margin for i, j in pairs],
             [(bodies[i].name, bodies[j].name) for i, j in pairs],
         )
-        self._own_first: NDArray[np.intp] = np.array([i for i, _ in pairs], dtype=np.intp)
-        self._own_second: NDArray[np.intp] = np.array([j for _, j in pairs], dtype=np.intp)
         self._own_reach = reach_between(robot, bodies, pairs)
         self._largest: list[float] = self._reach.max(axis=0, initial=0.0).tolist()
         self._largest_own: list[float] = self._own_reach.max(axis=0, initial=0.0).tolist()
@@ -160,10 +157,11 @@ class SpatialCollision:
 
     def moved(self, change: FloatArray) -> None:
         """The robot's joints have moved by `change` (dof,) [rad or m]."""
-        travel = self._reach @ np.abs(change)
+        distance = np.abs(change)
+        travel = self._reach @ distance
         travel += SLACK_M
-        if len(self._own_first):
-            self.own.bounds -= travel[self._own_first] + travel[self._own_second]
+        if len(self._own_reach):
+            self.own.bounds -= self._own_reach @ distance + 2.0 * SLACK_M
         bounds = self.obstacles.bounds.reshape(self._shape)
         bounds -= travel[:, None]
 

@@ -66,30 +66,36 @@ class Layout:
 def layout_of(robot: SpatialRobot, *, simulated: bool) -> Layout:
     """The layout of a robot; with every shape on a link where forces are `simulated`.
 
+    Separate shapes are carried by the first of the links that move as one, so that one pose serves them all.
+
     Raises ScenarioError for a robot with more moving joints than PyBullet can tell the state of.
     """
     model = with_locked_joints(robot.urdf, robot.locked)
+    merged, carriers = merged_links(model, _moving(robot, model, simulated=simulated))
     places: Places = {link.name: (link.name, identity()) for link in model.links}
     layout = _laid_out(model, _parts(model, places), places, simulated=simulated, spread=True)
-    if len(layout.model.joints) <= MOST_JOINTS:
-        return layout
-    if len(model.joints) > MOST_JOINTS:
-        parts = _parts(model, places)
-        model, places = merged_links(model, _moving(robot, model, simulated=simulated))
+    if len(layout.model.joints) > MOST_JOINTS:
+        original = model
+        if len(model.joints) > MOST_JOINTS:
+            model, places = merged, carriers
         if len(model.joints) > MOST_JOINTS:
             raise ScenarioError(
                 f"the robot {robot.name!r} has {len(model.joints)} joints that move or join it to the world; "
                 f"PyBullet takes up to {MOST_JOINTS}. Plan with fewer (`joints`), and lock the others (`locked_joints`)"
             )
-        parts = [replace(part, host=places[part.name][0], pose=places[part.name][1]) for part in parts]
-    else:
-        parts = _parts(model, places)
-    return _laid_out(model, parts, places, simulated=simulated, spread=False)
+        layout = _laid_out(model, _parts(original, places), places, simulated=simulated, spread=False)
+    carried = [_carried(part, carriers) if part.separate else part for part in layout.parts]
+    return replace(layout, parts=tuple(carried))
 
 
 def _parts(model: UrdfModel, places: Places) -> list[Part]:
-    """Each shape on the link that it belongs to."""
+    """Each shape on the link that holds the one it belongs to."""
     return [Part(link.name, shape, *places[link.name]) for link in model.links for shape in link.collisions]
+
+
+def _carried(part: Part, carriers: Places) -> Part:
+    host, pose = carriers[part.name]
+    return replace(part, host=host, pose=pose)
 
 
 def _moving(robot: SpatialRobot, model: UrdfModel, *, simulated: bool) -> set[str]:

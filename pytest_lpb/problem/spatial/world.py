@@ -60,6 +60,7 @@ class World:
         self._keys: list[tuple[object, ...]] = []
         self._simulated = simulated
         self._moves = 0
+        self._states: dict[int, Sequence[Sequence[float]]] = {}  # of links that carry bodies, since the last move
         self._model = layout.model
         try:
             self.robot = self._load(robot)
@@ -106,6 +107,7 @@ class World:
         if self._simulated:
             self._check_meshes(links)
         self.bodies = [create_part(self.client, body, part, links[part.host]) for part in layout.parts]
+        self._carries = any(part.carrier is not None for part in self.bodies)
         for part in self.bodies:
             if self._simulated and part.carrier is not None:
                 call("setCollisionFilterGroupMask", part.id, NO_LINK, 0, 0)  # measured, but in nobody's way
@@ -127,13 +129,22 @@ class World:
         if self.followers:
             positions += [[multiplier * q[source] + offset] for _, source, multiplier, offset in self.followers]
         pybullet.resetJointStatesMultiDof(self.robot, self._joints, positions, physicsClientId=self.client.id)
+        if self._carries:
+            self.moved()
+
+    def moved(self) -> None:
+        """The robot is somewhere else: bodies of their own have to follow before they are measured."""
         self._moves += 1
+        self._states.clear()
 
     def bring(self, body: Body) -> None:
         """Put a body of its own where the link that carries it is."""
-        if body.carrier is None or (body.move == self._moves and not self._simulated):
+        if body.carrier is None or body.move == self._moves:
             return
-        state = pybullet.getLinkState(self.robot, body.carrier, physicsClientId=self.client.id)
+        state = self._states.get(body.carrier)
+        if state is None:
+            state = pybullet.getLinkState(self.robot, body.carrier, physicsClientId=self.client.id)
+            self._states[body.carrier] = state
         pybullet.resetBasePositionAndOrientation(body.id, state[0], state[1], physicsClientId=self.client.id)
         body.move = self._moves
 
