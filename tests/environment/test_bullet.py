@@ -39,10 +39,10 @@ def robot_entries() -> dict[str, dict[str, Any]]:
         "panda on a car": panda_entry(robot={"base": "bicycle", **MOBILE}, start={"q": [0, 0, 0, 0, *PANDA_START]}),
     }
     middle = {"panda": PANDA_START}
-    joints = {"husky": "x", "racecar": "x", "tiago": "x", "tiago_no_hand": "x"}
+    joints = dict.fromkeys(("husky", "racecar", "tiago", "tiago_dual", "tiago_no_hand"), "x")
     for name in known_robots():
         entries[name] = scenario_entry({"model": name}, joint=joints.get(name, ""))
-        if name == "tiago":  # parts of its hand overlap in many configurations
+        if name in ("tiago", "tiago_dual"):  # parts of a hand overlap in many configurations
             entries[name]["robot"]["self_collision_pairs"] = []
         if name in middle:
             entries[name]["start"] = {"q": middle[name]}

@@ -120,19 +120,28 @@ def hull(vertices: Array) -> Convex:
     return Convex(support, outside, planes[:, :3], float(np.linalg.norm(vertices, axis=1).max()))
 
 
-def directions_of(one: Placed, other: Placed, around: Array) -> Array:
+def directions_of(one: Placed, other: Placed, near: Array) -> Array:
     """Unit directions (k, 3) among which the least overlap of two shapes is, or nearly so.
 
-    Normals of faces, axes, what is across two of them, and many others around all and around `around` (3,).
+    Normals of faces, axes, what is across them, and many others, evenly spread and around `near` (3,).
     """
     special = np.vstack([one.normals, other.normals])
-    across = np.cross(special[:, None], special[None]).reshape(-1, 3)
+    across = np.cross(special[:, None], np.vstack([special, _SPREAD[::8]])[None]).reshape(-1, 3)
     centres = (one.pose[:3, 3] - other.pose[:3, 3])[None]
-    near = around + np.logspace(-7, -0.5, 14)[:, None, None] * _SPREAD[None, ::16]
-    found = np.vstack([special, -special, across, centres, _SPREAD, near.reshape(-1, 3)])
+    found = np.vstack([special, -special, across, centres, _SPREAD, around(near)])
     length = np.linalg.norm(found, axis=1)
     unit: Array = found[length > 1e-9] / length[length > 1e-9, None]
     return unit
+
+
+def around(direction: Array) -> Array:
+    """Unit directions (k, 3) around one, ever nearer to it, and itself."""
+    found = np.vstack([direction, (direction + _STEPS * _SPREAD[None, ::16]).reshape(-1, 3)])
+    unit: Array = found / np.linalg.norm(found, axis=1)[:, None]
+    return unit
+
+
+_STEPS = np.logspace(-7, -0.5, 27)[:, None, None]
 
 
 def _spread(count: int) -> Array:
