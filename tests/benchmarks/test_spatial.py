@@ -18,7 +18,7 @@ from pytest_lpb.scenario.draw import draw_problem
 from pytest_lpb.scenario.load import load_scenario
 from pytest_lpb.trial.specification import TrialSpecification
 from pytest_lpb.trial.trial import run_trial
-from tests.problem.spatial.entries import panda_entry, problem_of
+from tests.problem.spatial.entries import panda_entry, problem_of, scenario_entry
 
 SPHERES = [[0.7, 0.3, 0.6], [-0.5, 0.3, 0.2], [0.2, 0.8, 0.5], [0.5, -0.5, 0.8], [0.0, 0.5, 1.2]]
 STEPS = 500
@@ -99,6 +99,43 @@ def test_yardstick_raw_pybullet(benchmark: BenchmarkFixture) -> None:
     benchmark(substeps)
     assert pybullet.isConnected(client)
     pybullet.disconnect(physicsClientId=client)
+
+
+@pytest.mark.parametrize("shape", ["sphere", "box", "cylinder"])
+def test_distances_of_the_panda_s_hulls_to_one_obstacle(
+    benchmark: BenchmarkFixture, tmp_path: Path, shape: str
+) -> None:
+    """Each hull is put where its link is, and measured; nothing is known from before."""
+    sizes: dict[str, dict[str, object]] = {
+        "sphere": {"radius": 0.1},
+        "box": {"size": [0.2] * 3},
+        "cylinder": {"radius": 0.1, "length": 0.3},
+    }
+    obstacle = {"name": "o", "shape": shape, "position": SPHERES[0], **sizes[shape]}
+    made = problem_of(tmp_path, panda_entry([obstacle]))
+    space, q = made.robot.collision_space(made.obstacles), made.start_q.tolist()
+    distance, *_ = benchmark(space.clearance, q)
+    space.close()
+    assert distance > 0.0
+
+
+def test_step_of_a_cart_of_a_cylinder(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
+    """Cylinder against boxes."""
+    boxes = [
+        {"name": f"o{i}", "shape": "box", "size": [0.2] * 3, "position": [x, y, 0.2]}
+        for i, (x, y, _) in enumerate(SPHERES)
+    ]
+    entry = scenario_entry({"model": "cart"}, boxes, joint="x", environment={"duration": 0.01 * STEPS, "end_at": []})
+    environment = ScenarioEnvironment(problem=problem_of(tmp_path, entry), reuse_observations=True)
+
+    def course() -> None:
+        environment.reset()
+        for step in range(STEPS):
+            environment.step([0.1 * sin(0.03 * step), 0.1])
+
+    benchmark(course)
+    assert environment.row == STEPS
+    environment.close()
 
 
 def test_reset_of_the_same_problem(benchmark: BenchmarkFixture, tmp_path: Path) -> None:

@@ -1,8 +1,7 @@
 """Convex shapes by their formulas, and what proves a distance between two of them. No engine is involved.
 
 Of two convex shapes the signed distance is the largest separation over all directions: how far apart they are along
-the direction, negative where they overlap along it. Any direction therefore proves a lower bound, and any point of
-each shape an upper bound where they are apart.
+the direction, negative where they overlap along it. Any direction therefore proves a lower bound.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ class Convex:
 
     Attributes:
         support: largest coordinates (k,) of the shape along directions (k, 3) [m].
-        outside: how far a point (3,) is out of the shape at least, zero for one within [m].
         normals: of its faces and axes (m, 3).
+        edges: their directions (k, 3).
         radius: [m] of a sphere around the origin that holds it.
     """
 
     support: Callable[[Array], Array]
-    outside: Callable[[Array], float]
     normals: Array
+    edges: Array
     radius: float
 
 
@@ -45,14 +44,16 @@ class Placed:
         found: Array = self.shape.support(directions @ self.pose[:3, :3]) + directions @ self.pose[:3, 3]
         return found
 
-    def outside(self, point: Array) -> float:
-        """As of the shape."""
-        return self.shape.outside(self.pose[:3, :3].T @ (point - self.pose[:3, 3]))
-
     @property
     def normals(self) -> Array:
         """As of the shape."""
         found: Array = self.shape.normals @ self.pose[:3, :3].T
+        return found
+
+    @property
+    def edges(self) -> Array:
+        """As of the shape."""
+        found: Array = self.shape.edges @ self.pose[:3, :3].T
         return found
 
 
@@ -61,87 +62,85 @@ def separation(one: Placed, other: Placed, directions: Array) -> Array:
     return -one.support(-directions) - other.support(directions)
 
 
+NONE = np.zeros((0, 3))
+AXIS = np.eye(3)[2:]
+
+
 def sphere(radius: float) -> Convex:
-    return Convex(
-        lambda n: radius * np.linalg.norm(n, axis=1),
-        lambda p: max(float(np.linalg.norm(p)) - radius, 0.0),
-        np.zeros((0, 3)),
-        radius,
-    )
+    return Convex(lambda n: radius * np.linalg.norm(n, axis=1), NONE, NONE, radius)
 
 
 def capsule(radius: float, length: float) -> Convex:
-    def outside(p: Array) -> float:
-        along = np.clip(p[2], -0.5 * length, 0.5 * length)
-        return max(float(np.linalg.norm(p - [0.0, 0.0, along])) - radius, 0.0)
-
     def support(n: Array) -> Array:
         found: Array = radius * np.linalg.norm(n, axis=1) + 0.5 * length * np.abs(n[:, 2])
         return found
 
-    return Convex(support, outside, np.eye(3)[2:], radius + 0.5 * length)
+    return Convex(support, NONE, AXIS, radius + 0.5 * length)
 
 
 def cylinder(radius: float, length: float) -> Convex:
-    def outside(p: Array) -> float:
-        gap = np.array([np.hypot(p[0], p[1]) - radius, abs(p[2]) - 0.5 * length])
-        return float(np.linalg.norm(np.maximum(gap, 0.0)))
-
     def support(n: Array) -> Array:
         found: Array = radius * np.hypot(n[:, 0], n[:, 1]) + 0.5 * length * np.abs(n[:, 2])
         return found
 
-    return Convex(support, outside, np.eye(3)[2:], float(np.hypot(radius, 0.5 * length)))
+    return Convex(support, AXIS, AXIS, float(np.hypot(radius, 0.5 * length)))
 
 
 def box(size: list[float]) -> Convex:
     half = 0.5 * np.array(size)
-    return Convex(
-        lambda n: np.abs(n) @ half,
-        lambda p: float(np.linalg.norm(np.maximum(np.abs(p) - half, 0.0))),
-        np.eye(3),
-        float(np.linalg.norm(half)),
-    )
+    return Convex(lambda n: np.abs(n) @ half, np.eye(3), np.eye(3), float(np.linalg.norm(half)))
 
 
 def hull(vertices: Array) -> Convex:
-    """The convex hull of vertices (n, 3); `outside` of it is the largest distance to one of its faces' planes."""
+    """The convex hull of vertices (n, 3)."""
     from scipy.spatial import ConvexHull
 
-    planes = ConvexHull(vertices).equations
-
-    def outside(p: Array) -> float:
-        return max(float((planes[:, :3] @ p + planes[:, 3]).max()), 0.0)
+    found = ConvexHull(vertices)
+    corners = vertices[found.simplices]
+    edges = np.vstack([corners[:, i] - corners[:, j] for i, j in ((0, 1), (1, 2), (2, 0))])
+    edges /= np.linalg.norm(edges, axis=1)[:, None]
 
     def support(n: Array) -> Array:
-        found: Array = (n @ vertices.T).max(axis=1)
-        return found
+        value: Array = (n @ vertices.T).max(axis=1)
+        return value
 
-    return Convex(support, outside, planes[:, :3], float(np.linalg.norm(vertices, axis=1).max()))
+    return Convex(support, found.equations[:, :3], edges[::2], float(np.linalg.norm(vertices, axis=1).max()))
 
 
-def directions_of(one: Placed, other: Placed, near: Array) -> Array:
-    """Unit directions (k, 3) among which the least overlap of two shapes is, or nearly so.
+def signed_distance(one: Placed, other: Placed, near: Array) -> float:
+    """The largest separation of two shapes [m], found from many directions, and from `near` (3,)."""
+    directions = _directions_of(one, other, near)
+    values = separation(one, other, directions)
+    return max(_climbed(one, other, directions[index]) for index in np.argsort(values)[-3:])
 
-    Normals of faces, axes, what is across them, and many others, evenly spread and around `near` (3,).
+
+def _climbed(one: Placed, other: Placed, direction: Array) -> float:
+    """The separation along the best direction that ever smaller steps from one lead to [m]."""
+    best = float(separation(one, other, direction[None])[0])
+    for step in np.logspace(-0.5, -9.0, 60):
+        around = direction + step * _SPREAD[::16]
+        around /= np.linalg.norm(around, axis=1)[:, None]
+        values = separation(one, other, around)
+        index = int(values.argmax())
+        if values[index] > best:
+            best, direction = float(values[index]), around[index]
+    return best
+
+
+def _directions_of(one: Placed, other: Placed, near: Array) -> Array:
+    """Unit directions (k, 3) among which the largest separation is, or nearly so.
+
+    Normals of faces, what is across edges of both, that to each other's centre, many that are evenly spread, `near`.
     """
-    special = np.vstack([one.normals, other.normals])
-    across = np.cross(special[:, None], np.vstack([special, _SPREAD[::8]])[None]).reshape(-1, 3)
+    normals = np.vstack([one.normals, other.normals])
+    across = np.cross(one.edges[:, None], other.edges[None]).reshape(-1, 3)
+    edges = np.vstack([one.edges, other.edges])
+    from_edges = np.cross(edges[:, None], _SPREAD[None, ::16]).reshape(-1, 3) if len(edges) < 8 else NONE
     centres = (one.pose[:3, 3] - other.pose[:3, 3])[None]
-    found = np.vstack([special, -special, across, centres, _SPREAD, around(near)])
+    found = np.vstack([normals, -normals, across, -across, from_edges, centres, near[None], _SPREAD])
     length = np.linalg.norm(found, axis=1)
     unit: Array = found[length > 1e-9] / length[length > 1e-9, None]
     return unit
-
-
-def around(direction: Array) -> Array:
-    """Unit directions (k, 3) around one, ever nearer to it, and itself."""
-    found = np.vstack([direction, (direction + _STEPS * _SPREAD[None, ::16]).reshape(-1, 3)])
-    unit: Array = found / np.linalg.norm(found, axis=1)[:, None]
-    return unit
-
-
-_STEPS = np.logspace(-7, -0.5, 27)[:, None, None]
 
 
 def _spread(count: int) -> Array:
