@@ -236,6 +236,10 @@ def test_timing_gates_on_a_quiet_machine_of_the_same_kind_only() -> None:
         verdict = judge(contended["old"], contended["new"], "solver_time_p50_ms:10%")
         assert (verdict.verdict, verdict.reason[:20]) == (INCONCLUSIVE, "timing was contended")
         assert judge(contended["old"], contended["new"], "clearance_min_m:0m").verdict == SAME
+    for name, expected in (("solver_time_p50_ms", INCONCLUSIVE), ("solver_time_p95_ms", REGRESSED)):
+        # In one trial, a KPI of its own says that it waited; `timing_contended` is false.
+        named = new.assign(contended_kpis=[name if seed == 5 else "" for seed in new["seed"]])
+        assert judge(old, named, "solver_time_p50_ms:10%").verdict == expected
     assert judge(old, trials(clearance_min_m=0.1), "clearance_min_m:1%", machine={}).verdict == REGRESSED
 
 
