@@ -126,15 +126,10 @@ def test_commands_that_write_them(tmp_path: Path, capsys: pytest.CaptureFixture[
         "utf-8",
     )
     # In a process of its own: what it registers stays there.
-    command = [
-        Path(sys.executable).with_name("lpb-scenarios"),
-        "schema",
-        "--plugin",
-        plugin,
-        "--output",
-        tmp_path / "s",
-    ]
+    output = tmp_path / "schema.json"
+    program = str(Path(sys.executable).with_name("lpb-scenarios"))
+    command = [program, "schema", "--plugin", str(plugin), "--output", str(output)]
     subprocess.run(command, check=True)
-    assert '"hill"' in (tmp_path / "s").read_text("utf-8")
+    assert '"hill"' in output.read_text("utf-8")
     assert main(["schema", "--plugin", str(tmp_path / "none.py")]) == 4
     assert "none.py" in capsys.readouterr().err

@@ -187,7 +187,7 @@ def check_run(project: Project, module: str) -> None:
     assert planar.clearance[0] == pytest.approx(np.hypot(*centre[0]) - 0.35)
     assert planar.qd[-1, 1] == pytest.approx(0.1 / 1.5 * planar.t[-1])  # the wind, on a mass
     tip = spatial.link("carriage") - (0.5, 0.0, -0.7)
-    assert spatial.clearance.min() == pytest.approx(np.linalg.norm(tip, axis=1).min() - 0.1, abs=1e-4)
+    assert spatial.clearance.min() == pytest.approx(np.linalg.norm(tip, axis=1).min() - 0.1, abs=1e-6)
     assert [entry["module"] for entry in read_run(run.path)["plugins"]] == [module]
     html = (run.path / "report.html").read_text("utf-8")
     assert all(name in html for name in ("planar", "spatial", "drawn0"))
