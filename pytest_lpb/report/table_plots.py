@@ -129,8 +129,8 @@ def comparison(data: ReportData, parts: tuple[str, ...], axes: Any) -> None:
     axes.tick_params(axis="x", which="minor", bottom=False)
     axes.set(xlim=(-1.15 * WIDEST, 1.15 * WIDEST))
     beyond = f"; beyond {WIDEST:g} % at the edge" if any(abs(shares[0] or 0.0) > WIDEST for _, shares in shown) else ""
-    what = "difference [% of its figure; success: percentage points]"
-    axes.set(xlabel=f"{literal(b)} against {literal(a)}: {what},\n95 % interval{beyond}")
+    what = "difference [% of median,\nof success: percentage points]"
+    axes.set(xlabel=f"{literal(b)} against {literal(a)}: {what}\n95 % interval{beyond}")
     axes.invert_yaxis()
 
 

@@ -259,7 +259,8 @@ def test_success_plot_agrees_with_the_summary() -> None:
     )
     axes: Any = figure_of(drawing).axes[0]
     summary = summary_table(trials, [])
-    expected = summary[summary["scenario"] == "all"].set_index("planner")["success_rate"].to_dict()
+    rows = summary[summary["scenario"] == "all"].to_dict("records")
+    expected = {f"{row['planner']} {row['successes']}/{row['trials']}": row["success_rate"] for row in rows}
     shown = [label.get_text() for label in axes.get_yticklabels()]
     assert dict(zip(shown, [bar.get_width() for bar in axes.patches], strict=True)) == expected
     assert len(set(expected.values())) == 2
