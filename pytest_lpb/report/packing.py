@@ -11,7 +11,7 @@ from typing import Any
 def packed(value: Any) -> str:
     """A JSON value as text of letters, digits, `+`, `/` and `=`; raises ValueError for NaN and infinities."""
     text = json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return base64.b64encode(zlib.compress(text.encode(), 9)).decode()
+    return base64.b64encode(zlib.compress(text.encode("utf-8", "backslashreplace"), 9)).decode()
 
 
 def unpacked(text: str) -> Any:

@@ -27,7 +27,8 @@ TEMPLATES = "templates"
 
 def write_report(path: Path, data: ReportData) -> Path:
     """Write the report of an evaluated run; the file appears at once, whole. Raises RecordingError."""
-    return replace_file(path, render(page(data)).encode())
+    # Names of folders may hold bytes that are no text.
+    return replace_file(path, render(page(data)).encode("utf-8", "backslashreplace"))
 
 
 def render(page: Page) -> str:

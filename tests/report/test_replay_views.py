@@ -16,6 +16,7 @@ from .views import open_view
 pytestmark = pytest.mark.chromium
 
 POINT = "scenarios/point/two_obstacles.yaml::pd::seed1"
+TITLE = "20261122T024921Z-74be96"  # name of the run folder
 CANVAS = "document.querySelector('canvas')"
 BOX = f"(box => [box.left, box.top, box.width, box.height])({CANVAS}.getBoundingClientRect())"
 # Places [px] along a row at which the name of an obstacle is shown.
@@ -125,6 +126,9 @@ def test_the_video_command_names_the_run_wherever_it_lies(
     run = tmp_path / folder
     run.mkdir()
     (run / "report.html").write_bytes(Path(report_address.removeprefix("file://")).read_bytes())
-    open_view(browser, (run / "report.html").as_uri(), route(OTHER))
-    command = browser.run("[...document.querySelectorAll('#trial-body .command code')].at(-1).textContent")
-    assert shlex.split(command) == ["lpb-report", str(run), "--trial", OTHER, "--video", "trial.mp4"]
+    latest = tmp_path / "latest"  # leads to another run soon: the command names the run's own folder, beside it
+    latest.symlink_to(run.name, target_is_directory=True)
+    for opened, named in ((run, run), (latest, tmp_path / TITLE)):
+        open_view(browser, (opened / "report.html").as_uri(), route(OTHER))
+        command = browser.run("[...document.querySelectorAll('#trial-body .command code')].at(-1).textContent")
+        assert shlex.split(command) == ["lpb-report", str(named), "--trial", OTHER, "--video", "trial.mp4"]

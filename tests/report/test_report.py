@@ -45,6 +45,13 @@ class Elements(HTMLParser):
             self.text.append(" ".join(data.split()))
 
 
+def test_text_that_no_encoding_holds_costs_no_report(run: ReportData, tmp_path: Path) -> None:
+    data = replace(
+        make_run(["point/two_obstacles"], ("pd",), seeds=1, crashed=False), title="b\udcff", warnings=["\udcff"]
+    )
+    assert r"<title>b\udcff</title>" in write_report(tmp_path / "report.html", data).read_text("utf-8")
+
+
 def test_sentences_say_who_solved_what(run: ReportData, html: str) -> None:
     text = " ".join(Elements(html).text)
     for planner in ("potential_field", "pd", "fabrics"):

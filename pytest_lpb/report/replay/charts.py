@@ -23,6 +23,7 @@ Rows = Callable[[FloatArray, FloatArray, float], NDArray[np.intp]]
 
 MAX_POINTS = 160  # of a line
 VALUE_PARTS = 200  # in which a line's range is told: a part is less than a pixel
+TASK_PARTS = 1000  # the same of errors and clearance, whose values are read
 MAX_DIAGNOSTICS = 12  # charts of what a planner records
 PLANNER = "planner_"  # prefix of these columns
 
@@ -53,9 +54,9 @@ def _task(trajectory: Trajectory) -> Iterator[dict[str, Any]]:
     for goal in problem.goal:
         title = "distance to goal" if goal is problem.primary else f"error of {goal.name}"
         for part, errors in zip(goal.components, trajectory.goal_errors(goal), strict=True):
-            line = _line(trajectory, "", errors, "line")
+            line = _line(trajectory, "", errors, "line", parts=TASK_PARTS)
             yield _chart(title, part.unit, [line], part.tolerance, "tolerance")
-    clearance = [_line(trajectory, "", trajectory.step_clearance, "line")]
+    clearance = [_line(trajectory, "", trajectory.step_clearance, "line", parts=TASK_PARTS)]
     yield _chart("clearance", "m", clearance, problem.safety_margin, "safety margin")
     yield _chart("solver time", "ms", [_line(trajectory, "", trajectory.solver_wall_ms, "dots")])
 
@@ -111,14 +112,19 @@ def _chart(
 
 
 def _line(
-    trajectory: Trajectory, name: str, values: FloatArray, kind: str, limits: FloatArray | None = None
+    trajectory: Trajectory,
+    name: str,
+    values: FloatArray,
+    kind: str,
+    limits: FloatArray | None = None,
+    parts: int = VALUE_PARTS,
 ) -> dict[str, Any]:
     known = np.where(drawable(values), values, np.nan)
     # Rows in which the planner was not asked are no gaps.
     rows = np.flatnonzero(~np.isnan(known))
     rows = rows[thinned_rows(known[rows], MAX_POINTS)]
     t = trajectory.t
-    step = fine_step(known[rows], VALUE_PARTS)
+    step = fine_step(known[rows], parts)
     chosen = {way: rows[ROWS[way](t[rows], known[rows], step)] for way in DRAWN_AS[kind]}
     way, rows = min(chosen.items(), key=lambda item: len(item[1]))
     line: dict[str, Any] = {

@@ -75,13 +75,15 @@ function ticks(low, high, most) {
   return found;
 }
 
-// Three significant digits, with a true minus sign.
-function figure(value) {
+// Three significant digits, fewer where a value is known in steps only, with a true minus sign.
+function figure(value, step = 0) {
   if (!Number.isFinite(value)) return "–";
+  if (Math.abs(value) < step / 2) return "0";
   const size = Math.abs(Number(value.toPrecision(3)));
   if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(1).replaceAll("-", "−");
   const decimals = size === 0 ? 0 : Math.max(0, 2 - Math.floor(Math.log10(size)));
-  return value.toFixed(Math.min(decimals, 6)).replace("-", "−");
+  const kept = step > 0 ? Math.max(0, Math.ceil(-Math.log10(2 * step))) : 6;
+  return value.toFixed(Math.min(decimals, kept, 6)).replace(/^-(0(\.0*)?)$/, "$1").replace("-", "−");
 }
 
 // A CSS variable as [red, green, blue].

@@ -79,7 +79,7 @@ function chartFigure(chart, tracks, end, seek) {
     yTicks.map(([value]) => path("grid", `M0 ${place(0, value)[1]}H1000`)),
     chart.limit === null ? null : path("limit", `M0 ${place(0, chart.limit)[1]}H1000`),
     limitLines(lines, place, low, high, alone),
-    tracks.map((track) => (known(track.contact) ? path("contact", `M${1000 * track.contact / end} 0V1000`) : null)),
+    tracks.map((track) => (known(track.contact) ? svg("path", { class: "contact", d: `M${1000 * track.contact / end} 0V1000` }, svg("title", {}, "contact")) : null)),
     lines.map((line) => curve(line, place, alone)));
   const cursor = path("cursor", "M0 0V1000");
   picture.append(cursor);
@@ -99,7 +99,7 @@ function chartFigure(chart, tracks, end, seek) {
       el("div", { class: "axis", "aria-hidden": "true" }, xTicks.map(([t, text]) => el("span", { style: `left:${100 * t / end}%` }, text)))));
   const show = (t) => {
     cursor.setAttribute("d", `M${1000 * Math.min(t / end, 1)} 0V1000`);
-    now.textContent = lines.every((line) => line.of === 1) ? lines.map((line) => figure(valueAt(line, t))).join(" · ") : "";
+    now.textContent = lines.every((line) => line.of === 1) ? lines.map((line) => figure(valueAt(line, t), line.step)).join(" · ") : "";
     tell(t);
   };
   return { node, show, below: chart.below };
@@ -126,5 +126,5 @@ function legendOf(lines, picture, alone) {
     all("[data-line]", picture).forEach((node) => node.classList.toggle("faint", chosen !== "" && node.dataset.line !== chosen));
   };
   const legend = el("span", { class: "legend" }, keys.map(({ button, value }) => el("span", {}, button, value)));
-  return [legend, (t) => keys.forEach(({ own, value }) => { value.textContent = own.map((line) => figure(valueAt(line, t))).join(" · "); })];
+  return [legend, (t) => keys.forEach(({ own, value }) => { value.textContent = own.map((line) => figure(valueAt(line, t), line.step)).join(" · "); })];
 }

@@ -58,7 +58,7 @@ async function loadTrack(place, style, trial) {
     poses: new Poses(data, columns(data.t)[0], scene.dimension),
     path: { t: columns(data.path.t)[0], at: columns(data.path.at) },
     charts: data.charts.map((chart) => ({
-      ...chart, lines: chart.lines.map((line) => ({ ...line, t: columns(line.t)[0], v: columns(line.v)[0] })),
+      ...chart, lines: chart.lines.map((line) => ({ ...line, step: line.v.s, t: columns(line.t)[0], v: columns(line.v)[0] })),
     })),
   };
 }

@@ -25,7 +25,8 @@ class Player {
 
   stage(group, dimension, box) {
     const names = group.map((track) => track.style.name).join(" and ");
-    const canvas = el("canvas", { role: "img", "aria-label": `Motion of ${names}`, tabindex: 0 });
+    const among = group[0].scene.obstacles.slice(0, 20).map((obstacle) => obstacle.name);
+    const canvas = el("canvas", { role: "img", "aria-label": `Motion of ${names}` + (among.length ? ` among ${among.join(", ")}` : ""), tabindex: 0 });
     const view = new STAGES[dimension](canvas, group, box, this.camera);
     this.camera.attach(canvas, view);
     const name = el("span", { class: "name-tip", hidden: true });
@@ -99,6 +100,7 @@ class Player {
     this.clock.textContent = text;
     this.slider.setAttribute("aria-valuetext", text);
     this.charts.forEach((chart) => chart.show(this.t));
+    all(".name-tip", this.node).forEach((tip) => { tip.hidden = true; });
     this.draw();
   }
 

@@ -24,13 +24,13 @@ const quoted = (text) => (/^[\w@%+=:,./][\w@%+=:,./-]*$/.test(text) ? text : `'$
 
 // A run's folder as it is typed. The page knows where it lies itself, wherever it was moved to.
 function runFolder([name, address]) {
-  if (location.protocol !== "file:") return [quoted(name), ", in the folder that holds the run"];
-  const path = new URL(address, location.href).pathname.replace(/(.)\/$/, "$1").replace(/\/latest$/, () => "/" + encodeURIComponent(name)); // `latest` leads to another run soon
   try {
-    const typed = decodeURIComponent(path);
-    return [/^\/[A-Za-z]:\//.test(typed) ? `"${typed.slice(1)}"` : quoted(typed), ""];
-  } catch { // bytes that are no text
-    return [`$'${path.replaceAll("'", "\\'").replace(/%(..)/g, "\\x$1")}'`, ""];
+    if (location.protocol !== "file:") throw new Error("not on this machine");
+    const path = decodeURIComponent(new URL(address, location.href).pathname).replace(/(.)\/$/, "$1");
+    const own = path.endsWith("/latest") ? path.slice(0, -6) + name : path; // `latest` leads to another run soon
+    return [/^\/[A-Za-z]:\//.test(own) ? `"${own.slice(1)}"` : quoted(own), ""];
+  } catch {
+    return [quoted(name), ", in the folder that holds the run"];
   }
 }
 
