@@ -15,9 +15,13 @@ from pytest_lpb.motion.normalised import NormalisedMotion
 from pytest_lpb.motion.rotation import AxisTurn
 from pytest_lpb.planner.base import ObstacleInfo
 from pytest_lpb.planner.fields import ObstacleField
+from pytest_lpb.planner.files import find_planners
 from pytest_lpb.planner.spatial_fields import SpatialObstacleField
 from pytest_lpb.problem.planar.geometry import segment_to_box
 from pytest_lpb.problem.spatial.rotations import from_axis_angle, normalised
+from pytest_lpb.trial.specification import TrialSpecification
+from pytest_lpb.trial.trial import run_trial
+from tests.problem.entries import CART, POINT, Entry, circle, position_goal, problem_entry
 
 Array = NDArray[np.float64]
 
@@ -139,3 +143,24 @@ def test_a_segment_of_hardly_any_length_is_a_point(x: float, y: float, length: f
 def test_a_camera_above_looks_straight_down(height: float) -> None:
     axes = Camera(np.array([0.0, 0.0, height]), np.zeros(3), 40, 30).axes
     assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+@pytest.mark.parametrize("planner", ["pd", "potential_field", "fabrics", "mpc"])
+@pytest.mark.parametrize("robot", [POINT, CART], ids=["point", "cart"])
+def test_planners_act_at_hardly_any_distance(planner: str, robot: Entry) -> None:
+    """At the goal, and in the middle of obstacles: no direction is not a number."""
+    configuration = find_planners([planner], [])[0]
+    link = "body" if robot is POINT else "base"
+    box = {"name": "box", "shape": "rectangle", "size": [0.4, 0.4], "position": [0.0, 0.0]}
+    for offset in (0.0, TINIEST, -1e-300, 1e-170, 1e-13):
+        entry = problem_entry(
+            {**robot, "limits": {"acceleration": [[-2.0, 2.0], [-2.0, 2.0]]}},
+            goal=[position_goal([0.0, 0.0], link)],
+            obstacles=[circle(0.0, 0.0, 0.3), box],
+            q=[offset, offset] if robot is POINT else [offset, offset, 0.0],
+            end_at=[],
+            duration=0.1,
+        )
+        trajectory = run_trial(TrialSpecification(entry, configuration))
+        assert trajectory.outcome == "collision", (offset, trajectory.metadata["message"])
+        assert np.isfinite(trajectory.action[:-1]).all()

@@ -15,7 +15,7 @@ from pytest_lpb.problem.planar.shapes import Circle, PlacedShape, Rectangle
 Array = NDArray[np.float64]
 Segment = tuple[float, float, float, float]
 
-coordinates = st.floats(-3.0, 3.0, allow_subnormal=False)
+coordinates = st.floats(-3.0, 3.0)
 segments = st.tuples(coordinates, coordinates, coordinates, coordinates)
 angles = st.floats(-7.0, 7.0)
 lengths = st.floats(0.05, 2.0)
