@@ -50,8 +50,8 @@ class Drawn:
 
     @property
     def violation_row(self) -> int:
-        """Row of the first contact, or the last row."""
-        touching = np.flatnonzero(self.trajectory.clearance < 0)
+        """Row at or after the first contact, or the last row."""
+        touching = np.flatnonzero(self.trajectory.step_clearance < 0)
         return int(touching[0]) if len(touching) else self.last_row
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_lpb.environment.bullet import BulletEngine
+from pytest_lpb.problem.continuous_collision import first_touch
 from pytest_lpb.problem.problem import Problem
+from pytest_lpb.problem.spatial.swept_bodies import SpatialStep, SpatialSweptBodies, polyline
 
 Array = NDArray[np.float64]
 
@@ -120,6 +122,7 @@ def _goal_faults(problem: Problem, t: Array, q: Array) -> list[str]:
 
 def _collision_faults(problem: Problem, t: Array, q: Array) -> list[str]:
     with closing(_engine(problem)) as engine:
+        last: tuple[float, Array] | None = None
         for time, row in zip(t, q, strict=True):
             poses = [obstacle.poses(np.array([time])) for obstacle in problem.obstacles]
             engine.set_state(row.tolist(), problem.start_u.tolist())
@@ -129,7 +132,33 @@ def _collision_faults(problem: Problem, t: Array, q: Array) -> list[str]:
                 return [f"at {time:.2f} s {body} is {-clearance:.4f} m inside {obstacle}"]
             if own < -engine.contact_slack_m:
                 return [f"at {time:.2f} s {first} is {-own:.4f} m inside {second}"]
+            if last is not None and (names := _touching_since(engine, problem, last, (time, row))):
+                return [f"before {time:.2f} s {names[0]} is inside {names[1]}"]
+            last = time, row
     return []
+
+
+def _touching_since(
+    engine: BulletEngine, problem: Problem, first: tuple[float, Array], second: tuple[float, Array]
+) -> tuple[str, str] | None:
+    """Bodies that touch on the straight way between two configurations, at the second of which the engine is."""
+    (start, before), (end, after) = first, second
+    span, collision = (np.array([start]), np.array([end])), engine._collision
+    step = SpatialStep(
+        polyline(np.stack([before, after])),
+        np.abs(after - before) / (end - start),
+        start,
+        end - start,
+        [
+            float((o.motion.speed_bound(*span) + 2.0 * radius * o.turning.speed_bound(*span))[0]) * (end - start)
+            for o, radius in zip(problem.obstacles, engine._world.obstacle_radii, strict=True)
+        ],
+        np.concatenate([collision.obstacles.bounds, collision.own.bounds]),
+    )
+    bodies = SpatialSweptBodies(engine._world, collision, problem.obstacles, step)
+    touch = first_touch(bodies, -engine.contact_slack_m)
+    engine.restore()
+    return None if touch is None else bodies.names(touch.pair)
 
 
 def _engine(problem: Problem) -> BulletEngine:
