@@ -76,7 +76,7 @@ def test_torques_are_clipped_to_the_efforts_alone() -> None:
 def test_torques_beyond_the_efforts_are_counted() -> None:
     limits = {"effort": [[-5.0, 5.0], [-1.0, 2.0], [-1.0, 1.0]], "velocity": [[-9.0, 9.0]] * 3}
     problem = spatial_problem({**robots.ARM, "control": "torque", "limits": limits}, dynamics=True, dt=0.01)
-    space = action_space(problem)
+    space = action_space(problem, np.ones(3))
     assert (space.low.tolist(), space.high.tolist()) == ([-5.0, -1.0, -1.0], [5.0, 2.0, 1.0])
     world = ScenarioEnvironment(problem=problem)
     for action, applied, count in (

@@ -66,7 +66,9 @@ def test_a_users_kpi_is_in_all_tables_and_figures() -> None:
 
 def test_tables_say_what_the_csv_files_say(run: ReportData) -> None:
     summary, comparisons = tables(run)
-    assert sorted(row[:2] for row in summary.rows) == sorted(run.summary[["scenario", "planner"]].to_numpy().tolist())
+    assert sorted(list(row[:2]) for row in summary.rows) == sorted(
+        run.summary[["scenario", "planner"]].to_numpy().tolist()
+    )
     assert "solver time p50 [ms] †" in summary.heads
     assert "Timing was contended" in summary.caption
     assert all(len(row) == len(table.heads) for table in (summary, comparisons) for row in table.rows)

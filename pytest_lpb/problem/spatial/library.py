@@ -70,6 +70,13 @@ _EXAMPLE_ROBOT_DATA: dict[str, dict[str, object]] = {
     },
     "tiago_dual": {
         "path": "tiago_description/robots/tiago_dual.urdf",
+        # The hands' many joints are held: planning for them is grasping.
+        "joints": (
+            "torso_lift_joint",
+            "head_1_joint",
+            "head_2_joint",
+            *(f"arm_{side}_{number}_joint" for side in ("left", "right") for number in range(1, 8)),
+        ),
         "base": "differential_drive",
         "wheel_base": 0.4044,
     },
