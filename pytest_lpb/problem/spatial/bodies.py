@@ -12,6 +12,7 @@ import numpy as np
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.bullet_files import MARGIN_M, create_hulls
 from pytest_lpb.problem.spatial.client import Client
+from pytest_lpb.problem.spatial.convex.cores import CORES, Core, Points
 from pytest_lpb.problem.spatial.hulls import Hulls, mesh_hulls
 from pytest_lpb.problem.spatial.layout import Part
 from pytest_lpb.problem.spatial.rotations import from_matrix, matrix_of
@@ -30,6 +31,7 @@ class Body:
         id: PyBullet's body, and `link`: the index of its link.
         margin: [m] to add to distances.
         radius: [m] of a sphere around the robot's link's frame that holds the shape.
+        cores: its convex shapes, in the frame of the centre of mass of the link that carries it.
         carrier: of a body of its own, the robot's link that carries it, with its frame in the link's centre of mass.
         move: of the robot, by their number, that the body was last put to its place after.
     """
@@ -39,6 +41,7 @@ class Body:
     link: int
     margin: float
     radius: float
+    cores: tuple[Core, ...]
     carrier: int | None = None
     move: int = -1
 
@@ -56,11 +59,18 @@ def create_part(client: Client, robot: int, part: Part, link: int) -> Body:
     """
     margin = _MARGINS.get(part.shape.kind, HULL_MARGIN_M)
     radius = farthest_point(part.shape)
-    if not part.separate:
-        return Body(part.name, robot, link, margin, radius)
     pose = np.linalg.inv(_centre_of_mass(client, robot, link)) @ part.placed.origin
+    cores = tuple(core.placed(pose[:3, :3], pose[:3, 3]) for core in _cores_of(part.shape))
+    if not part.separate:
+        return Body(part.name, robot, link, margin, radius, cores)
     create = _create_mesh if part.shape.kind == "mesh" else _create_shape
-    return Body(part.name, create(client, part.shape, pose), NO_LINK, margin, radius, carrier=link)
+    return Body(part.name, create(client, part.shape, pose), NO_LINK, margin, radius, cores, carrier=link)
+
+
+def _cores_of(shape: Geometry) -> tuple[Core, ...]:
+    if shape.kind == "mesh":
+        return tuple(Points(hull) for hull in _hulls_of(shape))
+    return (CORES[shape.kind](_ENTRIES[shape.kind](shape)),)
 
 
 def farthest_point(shape: Geometry) -> float:

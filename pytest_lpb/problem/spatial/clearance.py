@@ -18,6 +18,7 @@ from pytest_lpb.problem.collision import Clearance
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.bodies import NO_LINK, Body
 from pytest_lpb.problem.spatial.client import pybullet
+from pytest_lpb.problem.spatial.near_contact import NEAR_M
 from pytest_lpb.problem.spatial.reach import reach_between
 from pytest_lpb.problem.spatial.robot import SpatialRobot
 from pytest_lpb.problem.spatial.world import DISTANCE, World
@@ -57,6 +58,7 @@ class Pairs:
         # Bodies that follow a link, to be put to their places before they are measured.
         following = [[body for body in pair if isinstance(body, Body) and body.carrier is not None] for pair in both]
         self._following = following if any(following) else []
+        self._pairs = both
         self._margins = margins
         self.names = names
         self.bounds: FloatArray = np.full(len(names), -inf)
@@ -100,7 +102,8 @@ class Pairs:
             nearest: float = points[0][DISTANCE]
         else:
             nearest = min(point[DISTANCE] for point in points)
-        return nearest + margin
+        distance = nearest + margin
+        return distance if distance > NEAR_M else self._world.exact_distance(*self._pairs[pair], distance)
 
 
 class SpatialCollision:

@@ -14,9 +14,11 @@ from pytest_lpb.problem.obstacle import Obstacle
 from pytest_lpb.problem.robot import FloatArray
 from pytest_lpb.problem.spatial.bodies import NO_LINK, Body, create_part
 from pytest_lpb.problem.spatial.client import Client, pybullet
+from pytest_lpb.problem.spatial.convex.cores import Core, cores_of
 from pytest_lpb.problem.spatial.layout import Layout, layout_of
 from pytest_lpb.problem.spatial.loadable_meshes import loadable_model
 from pytest_lpb.problem.spatial.mesh_files import check_mesh
+from pytest_lpb.problem.spatial.near_contact import NEAR_M, Pose, exact_distance, measured_exactly
 from pytest_lpb.problem.spatial.reach import reach_of_joints
 from pytest_lpb.problem.spatial.robot import Frame, SpatialRobot
 from pytest_lpb.problem.spatial.rotations import from_matrix, multiply, rotate
@@ -43,6 +45,7 @@ class World:
         bodies: of the robot, whose distances are measured.
         reach: bounds (bodies, dof) of how far a unit of each entry of q carries a point of each body [m].
         obstacles, obstacle_margins, obstacle_radii: PyBullet's ids, [m], [m].
+        obstacle_cores: their convex shapes, by PyBullet's id; none of surfaces.
 
     Args:
         robot: what is loaded; robots of the same `urdf` and locked joints can share a world one after the other.
@@ -57,6 +60,7 @@ class World:
         self.obstacles: list[int] = []
         self.obstacle_margins: list[float] = []
         self.obstacle_radii: list[float] = []
+        self.obstacle_cores: dict[int, tuple[Core, ...]] = {}
         self._keys: list[tuple[object, ...]] = []
         self._simulated = simulated
         self._moves = 0
@@ -178,8 +182,30 @@ class World:
     def _overlap(self, one: Body, other: Body) -> bool:
         self.bring(one)
         self.bring(other)
-        points = self.client.call("getClosestPoints", one.id, other.id, 0.0, one.link, other.link)
-        return any(point[DISTANCE] + one.margin + other.margin < 0.0 for point in points)
+        points = self.client.call("getClosestPoints", one.id, other.id, NEAR_M, one.link, other.link)
+        if not points:
+            return False
+        distance: float = min(point[DISTANCE] for point in points) + one.margin + other.margin
+        return (distance if distance < -NEAR_M else self.exact_distance(one, other, distance)) < 0.0
+
+    def exact_distance(self, one: Body, other: Body | int, measured: float) -> float:
+        """Signed distance [m] of a body of the robot from another one, or from an obstacle by PyBullet's id.
+
+        It is what Bullet has `measured` where that is exact.
+        """
+        cores = self.obstacle_cores[other] if isinstance(other, int) else other.cores
+        if measured_exactly(one.cores, cores):
+            return measured
+        return exact_distance(one.cores, cores, (self._pose(one), self._pose(other)))
+
+    def _pose(self, body: Body | int) -> Pose:
+        """Where the frame of a body's cores is."""
+        if isinstance(body, int):
+            pose: Pose = pybullet.getBasePositionAndOrientation(body, physicsClientId=self.client.id)
+            return pose
+        link = body.link if body.carrier is None else body.carrier
+        state = pybullet.getLinkState(self.robot, link, physicsClientId=self.client.id)
+        return state[0], state[1]
 
     def set_obstacles(self, obstacles: Sequence[Obstacle]) -> None:
         """Have these obstacles, at the origin; bodies that are there already are kept."""
@@ -189,6 +215,7 @@ class World:
             kept += 1
         for body in self.obstacles[kept:]:
             self.client.call("removeBody", body)
+            del self.obstacle_cores[body]
         for present in (self.obstacles, self.obstacle_margins, self.obstacle_radii, self._keys):
             del present[kept:]
         for obstacle, key in zip(obstacles[kept:], keys[kept:], strict=True):
@@ -196,6 +223,7 @@ class World:
             self.obstacles.append(body)
             self.obstacle_margins.append(margin)
             self.obstacle_radii.append(radius)
+            self.obstacle_cores[body] = cores_of(obstacle.entry)
             self._keys.append(key)
 
     def place(self, index: int, position: Sequence[float], orientation: Sequence[float]) -> None:

@@ -1,0 +1,1 @@
+"""Signed distances of convex shapes at double precision, by their support points."""
