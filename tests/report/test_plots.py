@@ -122,7 +122,7 @@ def test_a_planner_has_one_colour_in_all_pictures_that_of_the_report(run: Report
     expected = {name: to_rgb(COLOURS[style.colour]) for name, style in styles_of(data).items()}
     assert list(expected) == ["pd", "potential_field", "fabrics"]
     success = _axes("success", None, data)
-    names = [label.get_text() for label in success.get_yticklabels()]
+    names = [label.get_text().split()[0] for label in success.get_yticklabels()]  # "pd 8/12"
     bars = {name: to_rgb(bar.get_facecolor()) for name, bar in zip(names, success.patches, strict=True)}
     lines = [
         {line.get_label(): to_rgb(line.get_color()) for line in axes.lines if line.get_label() in expected}
