@@ -70,8 +70,15 @@ class StepBounds(ABC):
             row: the current row.
             gap, own_gap: sums of the clearances at both ends of the step, to obstacles and between own bodies [m].
         """
-        before, self._peak = self._peak, max(map(abs, self.u))
-        peak = before if before > self._peak and not self.holds_velocity else self._peak
+        before, peak = self._peak, 0.0
+        for speed in self.u:  # `max(map(abs, u))` takes longer
+            if speed > peak:
+                peak = speed
+            elif -speed > peak:
+                peak = -speed
+        self._peak = peak
+        if before > peak and not self.holds_velocity:
+            peak = before
         travel = peak * self._travel_per_rate
         if self._travel.moving:
             travel += self._travel.farthest(row)

@@ -120,10 +120,7 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self.monitor.begin(engine)
         self._distance = self.monitor.goal_distance
         self._has_units = len(self.monitor.primary_errors) > 1
-        self._constant_info = {
-            "robot_radius": problem.robot.body_radius,
-            "goal_tolerance": self.monitor.goal_tolerance,
-        }
+        self._radius, self._tolerance = problem.robot.body_radius, self.monitor.goal_tolerance
         self._finish()
 
     @property
@@ -158,6 +155,16 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
 
     def step(self, action: NDArray[np.float64] | list[float]) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """Apply an action (n_actions,) for one step of dt. Actions beyond the limits are clipped and counted."""
+        distance = self._distance
+        self.advance(action)
+        reward = distance - self._distance
+        violation = self.monitor.violation
+        if violation is not None and violation.row == self.row:
+            reward -= 1.0
+        return self.observe(), reward, self.terminated, self.truncated, self._info()
+
+    def advance(self, action: NDArray[np.float64] | list[float]) -> None:
+        """What `step` does, without observation, reward and info: the trial loop does not read them."""
         values = self._checked(action)
         engine, monitor = self.running_engine, self.monitor
         self.applied = self._limits.apply(values, engine.u)
@@ -167,15 +174,9 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
         self.row += 1
         self._observe_row(engine)
         monitor.check(self.row, engine)
+        self._distance = monitor.goal_distance
         self._finish()
-        distance = monitor.goal_distance
-        reward = self._distance - distance
-        self._distance = distance
-        violation = monitor.violation
-        if violation is not None and violation.row == self.row:
-            reward -= 1.0
         self._render_if_human()
-        return self.observe(), reward, self.terminated, self.truncated, self._info()
 
     def _fitting(self, problem: Any) -> Problem:
         """A problem given by the user. Raises LpbError unless actions and observations keep their shapes."""
@@ -209,9 +210,8 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
     def _observe_row(self, engine: Engine) -> None:
         observation = self._observation
         observation.update(self.row, engine.q, engine.qd, engine.u)
-        for index, timeline in enumerate(observation.goals):
-            if timeline.moving:
-                self.monitor.set_target(index, timeline.at(self.row)[0][0].tolist())
+        for index, timeline in observation.moving_goals:
+            self.monitor.set_target(index, timeline.at(self.row)[0][0].tolist())
         if observation.obstacles_move:
             engine.place_obstacles(*observation.obstacle_poses())
 
@@ -242,7 +242,8 @@ class ScenarioEnvironment(gymnasium.Env[Observations, NDArray[np.float64]]):
             "clearance": inf if isnan(clearance) else clearance,
             "contact_time": inf if violation is None or violation.time is None else violation.time,
             "outcome": self.outcome or "running",
-            **self._constant_info,
+            "robot_radius": self._radius,
+            "goal_tolerance": self._tolerance,
         }
         if self._has_units:
             info |= {f"goal_error_{unit}": error for unit, error in monitor.primary_errors.items()}

@@ -87,14 +87,14 @@ class Monitor:
                 error for i, goal in self._goals for error in goal.errors(goal.value(q, frames), targets[i])
             ]
         self._check_goal(row)
-        gap, own_gap = self.clearance[0], self.self_clearance[0]
+        before, own_before = self.clearance[0], self.self_clearance[0]
         self.clearance, self.self_clearance = engine.clearance()
         if self.violation is None:
-            gap += self.clearance[0]
-            own_gap += self.self_clearance[0]
             motion = self._motion
-            if motion is not None and motion.may_have_touched(row, gap, own_gap):
-                self.violation = contact_since(row, motion, self._problem.dt)
+            if motion is not None:
+                gap, own_gap = before + self.clearance[0], own_before + self.self_clearance[0]
+                if motion.may_have_touched(row, gap, own_gap):
+                    self.violation = contact_since(row, motion, self._problem.dt)
             if self.violation is None:
                 self._check_row(row, q, -engine.contact_slack_m)
         for speed in engine.u:
@@ -136,11 +136,10 @@ class Monitor:
             self.goal_row = self._entered
 
     def _check_row(self, row: int, q: list[float], deepest: float) -> None:
-        t = row * self._problem.dt
         if self.clearance[0] < deepest:
-            self.violation = Violation("collision", row, self.clearance, time=t)
+            self.violation = Violation("collision", row, self.clearance, time=row * self._problem.dt)
         elif self.self_clearance[0] < deepest:
-            self.violation = Violation("self_collision", row, self.self_clearance, time=t)
+            self.violation = Violation("self_collision", row, self.self_clearance, time=row * self._problem.dt)
         else:
             joint = self._position_limits.violated(q)
             if joint is not None:

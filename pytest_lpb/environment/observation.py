@@ -54,6 +54,7 @@ class Observation:
         self._same = self._u is self._qd
         self.goals = [Timeline([goal.motion], goal.motion.size, problem.dt) for goal in problem.goal]
         self._goal_buffers = [self._add_goal(goal.name, goal.motion.size) for goal in problem.goal]
+        self.moving_goals = [(index, timeline) for index, timeline in enumerate(self.goals) if timeline.moving]
         for suffix in ("position", "velocity", "acceleration"):
             source = f"goal_{problem.primary.name}" + ("" if suffix == "position" else f"_{suffix}")
             self._alias(f"goal_{suffix}", source)
@@ -64,7 +65,8 @@ class Observation:
         if preview is not None:
             self._add_previews(preview)
         self.views = {name: _read_only(buffer) for name, buffer in self._buffers.items()}
-        self._fill_goals(0, every=True)
+        for index, timeline in enumerate(self.goals):
+            self._fill_goal(index, timeline, 0)
         self._fill_obstacles(0, every=True)
 
     def _buffer(self, name: str, shape: tuple[int, ...]) -> FloatArray:
@@ -87,6 +89,7 @@ class Observation:
         self.obstacles = Timeline([o.motion for o in problem.obstacles], problem.dimension, problem.dt)
         size = ORIENTATION_SIZES[problem.dimension]
         self.turning = Timeline([o.turning for o in problem.obstacles], size, problem.dt)
+        self.obstacles_move = self.obstacles.moving or self.turning.moving
         shape = (capacity, problem.dimension)
         arrays = [self._buffer(f"obstacle_{name}", shape) for name in ("position", "velocity", "acceleration")]
         orientation = self._buffer("obstacle_orientation", (capacity,) if size == 1 else (capacity, size))
@@ -118,16 +121,16 @@ class Observation:
         self._qd[:] = qd
         if not self._same:
             self._u[:] = u
-        self._fill_goals(row, every=False)
-        self._fill_obstacles(row, every=False)
+        for index, timeline in self.moving_goals:
+            self._fill_goal(index, timeline, row)
+        if self.obstacles_move:
+            self._fill_obstacles(row, every=False)
         for array, predictor, position, velocity in self._previews:
             array[:] = predictor.predict(t, position, velocity)
 
-    def _fill_goals(self, row: int, *, every: bool) -> None:
-        for timeline, buffers in zip(self.goals, self._goal_buffers, strict=True):
-            if timeline.moving or every:
-                for buffer, values in zip(buffers, timeline.at(row), strict=True):
-                    buffer[:] = values[0]
+    def _fill_goal(self, index: int, timeline: Timeline, row: int) -> None:
+        for buffer, values in zip(self._goal_buffers[index], timeline.at(row), strict=True):
+            buffer[:] = values[0]
 
     def _fill_obstacles(self, row: int, *, every: bool) -> None:
         if self.obstacles.moving or every:
@@ -135,11 +138,6 @@ class Observation:
                 buffer[:] = values
         if self.turning.moving or every:
             self._turns[:] = self.turning.at(row)[0]
-
-    @property
-    def obstacles_move(self) -> bool:
-        """Whether any obstacle moves or turns."""
-        return self.obstacles.moving or self.turning.moving
 
     def obstacle_poses(self) -> tuple[list[list[float]], list[Any]]:
         """Positions and orientations (angles, or quaternions wxyz) of the problem's obstacles now, for the engine."""

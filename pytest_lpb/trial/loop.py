@@ -134,7 +134,7 @@ def _steps(log: Log, environment: ScenarioEnvironment, planner: Planner, every: 
             wanted = _call(log, planner, observation, row, size)
         waiting.append(wanted)
         action = waiting.popleft()
-        environment.step(action)
+        environment.advance(action)
         log.action.append(action)
         log.applied.append(environment.applied)
         log_row(log, environment)

@@ -128,14 +128,14 @@ def test_an_interrupt_of_the_planner_s_own_is_one(monkeypatch: pytest.MonkeyPatc
 
 
 def test_faults_of_the_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
-    step = ScenarioEnvironment.step
+    advance = ScenarioEnvironment.advance
 
-    def breaking(self: ScenarioEnvironment, action: Any) -> Any:
+    def breaking(self: ScenarioEnvironment, action: Any) -> None:
         if self.row == 3:
             raise ArithmeticError("lost contact")
-        return step(self, action)
+        advance(self, action)
 
-    monkeypatch.setattr(ScenarioEnvironment, "step", breaking)
+    monkeypatch.setattr(ScenarioEnvironment, "advance", breaking)
     trajectory = run("Constant")
     assert trajectory.outcome == "environment_error"
     matches(trajectory, r"^environment error at t = 0\.15 s: ArithmeticError: lost contact \(.*test_faults\.py:\d+\)$")
