@@ -22,6 +22,7 @@ from typing import Protocol
 
 SHARE_RESOLUTION = 2.0**-11  # of the step, to which the time of contact is found
 MAX_MEASUREMENTS = 1024  # of distances within one step, before what is still open is only searched at its minima
+MAX_PER_PAIR = 256  # the same for each pair that the whole step leaves open, where that is more
 NEAR = 1e-3  # share of a distance below which a parabola has to go to be followed
 EITHER = (False, True)
 CLEARANCE_TOLERANCE_M = 1e-4  # [m] to which least clearances between rows are found
@@ -85,11 +86,16 @@ class Touch:
     pair: int
 
 
+def most_measurements(pairs: int) -> int:
+    """How many distances are measured within a step that leaves so many pairs open: many pairs do not starve one."""
+    return max(MAX_MEASUREMENTS, MAX_PER_PAIR * pairs)
+
+
 def first_touch(bodies: SweptBodies, deepest: float) -> Touch | None:
     """The first time at which a pair is nearer than `deepest` [m], a negative number; None where none ever is.
 
     The time is found to `SHARE_RESOLUTION`. Contact is proved or excluded, unless bodies stay within a hair of each
-    other for so long that `MAX_MEASUREMENTS` do not settle it; what is left is then searched at minima of parabolas.
+    other for so long that `most_measurements` do not settle it; what is left is then searched at minima of parabolas.
     """
     spans = bodies.spans(deepest)
     first: Touch | None = None
@@ -97,8 +103,8 @@ def first_touch(bodies: SweptBodies, deepest: float) -> Touch | None:
         if span.after < deepest:
             first = Touch(1.0, span.pair)
             break
-    width, measured = 1.0, 0
-    while spans and (measured := measured + len(spans)) <= MAX_MEASUREMENTS:
+    width, measured, most = 1.0, 0, most_measurements(len(spans))
+    while spans and (measured := measured + len(spans)) <= most:
         width *= 0.5
         parts: list[Span] = []
         for middle, group, distances in _measured(bodies, spans, width, first):
@@ -145,12 +151,12 @@ def least_distance(bodies: SweptBodies, known: float, floor: float, *, own: bool
     """The least distance to obstacles, or of the robot's own pairs, within the step [m].
 
     It is `known` where it is not below `known` and below `floor` [m].
-    It is found to `CLEARANCE_TOLERANCE_M`, unless `MAX_MEASUREMENTS` do not settle it.
+    It is found to `CLEARANCE_TOLERANCE_M`, unless `most_measurements` do not settle it.
     """
     least = known
     spans = bodies.spans(min(least, floor) - CLEARANCE_TOLERANCE_M, (own,))
-    width, measured = 1.0, 0
-    while spans and (measured := measured + len(spans)) <= MAX_MEASUREMENTS:
+    width, measured, most = 1.0, 0, most_measurements(len(spans))
+    while spans and (measured := measured + len(spans)) <= most:
         width *= 0.5
         parts: list[Span] = []
         for middle, group, distances in _measured(bodies, spans, width, None):

@@ -16,6 +16,7 @@ from pytest_lpb.problem.continuous_collision import (
     Span,
     first_touch,
     least_distance,
+    most_measurements,
 )
 from pytest_lpb.problem.spatial.reach import reach_between, reach_of_joints
 from tests.problem.entries import ARM, CART, make_robot
@@ -79,6 +80,20 @@ def test_the_first_of_several_contacts_counts() -> None:
     assert touch is not None
     assert touch.pair == 1
     assert touch.share == pytest.approx(0.4 - 0.01 / 3.0, abs=SHARE_RESOLUTION)
+
+
+def test_many_near_passes_do_not_hide_a_short_contact() -> None:
+    """A fast robot among many obstacles: each pair has its own share of the effort."""
+    near = [passing(50.0, 0.012, 0.01, at) for at in np.linspace(0.05, 0.95, 200)]
+    touching = passing(50.0, 0.01 - 1e-6, 0.01, 0.31415926)
+    bodies = Written(*near, touching)
+    touch = first_touch(bodies, -SLACK)
+    assert touch is not None
+    assert touch.pair == len(near)
+    assert touch.share == pytest.approx(0.31415926, abs=SHARE_RESOLUTION)
+    assert bodies.measured < most_measurements(len(near) + 1)
+    known = min(touching[0](0.0), touching[0](1.0))
+    assert least_distance(Written(*near, touching), known, inf) == pytest.approx(-1e-6, abs=CLEARANCE_TOLERANCE_M)
 
 
 @pytest.mark.parametrize("travel", [1.0, 1e6, 1e300, inf])
