@@ -10,9 +10,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from pytest_lpb.bounded import read_bounded, regular_file
+from pytest_lpb.bounded import read_bounded
 from pytest_lpb.errors import ScenarioError
 from pytest_lpb.names import suggestion
+from pytest_lpb.problem.spatial.content import bounded_digest
 from pytest_lpb.problem.spatial.xml_reader import Element, parse_xml
 from pytest_lpb.scenario.schema.robot import ExceptPairs, Robot
 
@@ -55,8 +56,7 @@ def srdf_pairs(path: Path, links: Sequence[str], bodies: Sequence[str]) -> list[
         raise ScenarioError(f"found {path.name!r}; the name of an SRDF file ends in {SRDF_SUFFIX}")
     if not path.is_file():
         raise ScenarioError(f"there is no file {path}")
-    stat = regular_file(path, ScenarioError)
-    root = _root(path, stat.st_mtime_ns, stat.st_size)
+    root = _root(path, bounded_digest(path, MAX_SRDF_BYTES))
     known = {*links}
     disabled = [_pair(element, path, known) for element in root.all("disable_collisions")]
     enabled = {frozenset(_pair(element, path, known)) for element in root.all("enable_collisions")}
@@ -68,7 +68,7 @@ def srdf_pairs(path: Path, links: Sequence[str], bodies: Sequence[str]) -> list[
 
 
 @lru_cache(maxsize=16)
-def _root(path: Path, _changed: int, _size: int) -> Element:
+def _root(path: Path, _digest: str) -> Element:
     root = parse_xml(read_bounded(path, MAX_SRDF_BYTES, ScenarioError), path, "SRDF")
     if root.tag != "robot":
         raise ScenarioError(f"{path}:{root.line}: found <{root.tag}>; an SRDF file has a <robot>")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +95,17 @@ def test_problems_need_the_srdf_no_more_and_others_keep_their_hash(tmp_path: Pat
     assert load_scenario(write(tmp_path / "c.yaml", "null")).concrete["robot"]["self_collision_pairs"] is None
     listed = load_scenario(write(tmp_path / "d.yaml", "[[mast, stage2]]")).concrete["robot"]["self_collision_pairs"]
     assert listed == [["mast", "stage2"]]
+
+
+def test_an_edited_srdf_file_is_read_again_even_with_its_old_size_and_time(tmp_path: Path) -> None:
+    assert pairs_of(telescope(tmp_path, "{srdf: arm.srdf}", arm=SRDF)) == ()
+    path = tmp_path / "arm.srdf"
+    stat = path.stat()
+    edited = SRDF.replace('link1="stage2"', 'link1="stage1"')
+    assert len(edited) == stat.st_size
+    path.write_text(edited, "utf-8")
+    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    assert pairs_of(load_scenario(tmp_path / "a.yaml")) == (("mast", "stage2"),)
 
 
 def write(path: Path, pairs: str) -> Path:
