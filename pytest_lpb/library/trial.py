@@ -63,7 +63,8 @@ def run_trial(
         Raw data at N + 1 times t = k dt: `t` (N + 1,) [s], `q` (N + 1, dof) [rad or m], `action` (N + 1, n_actions), ..
 
     Raises ScenarioError for a scenario that cannot be used or drawn from, ConfigurationError for a planner,
-    RecordingError for a folder, LpbError for other arguments.
+    UnsupportedError for a problem that the planner declares not to support, RecordingError for a folder, LpbError for
+    other arguments.
     """
     if isinstance(scenario, TrialSpecification):
         if planner is not None or seed is not None:
