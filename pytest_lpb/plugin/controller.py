@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_lpb.errors import LpbError, in_one_line
+from pytest_lpb.errors import LpbError, RecordingError, in_one_line
 from pytest_lpb.plugin.items import TrialItem
 from pytest_lpb.plugin.progress import Progress
 from pytest_lpb.plugin.session import LpbSession
@@ -27,6 +27,7 @@ from pytest_lpb.run.lock import RunLock
 from pytest_lpb.run.plan import TrialKey, planned
 from pytest_lpb.run.plugins import user_modules
 from pytest_lpb.run.provenance import run_information
+from pytest_lpb.run.run_file import robot_warnings
 from pytest_lpb.run.skipped import skip_files
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class ControllerPlugin:
         self._planned = 0  # trials of the run
         self._broken: list[dict[str, Any]] = []  # trials that ended by a fault
         self._told: list[str] = []  # faults met on the way
+        self._warned: list[str] = []  # what is probably not meant about robots: it fails no run
         self._lock = RunLock()
 
     @pytest.hookimpl(tryfirst=True)
@@ -199,6 +201,10 @@ class ControllerPlugin:
     def _conclude(self, session: pytest.Session, folder: RunFolder) -> None:
         """Build tables and report from the trial files; fail the run for rates that fall short and KPIs that raise."""
         self._faults = list(self._told)
+        try:
+            self._warned = robot_warnings(folder.info())
+        except RecordingError as error:
+            self._faults += [] if self._evaluates else [str(error)]  # the evaluation says it, too
         if not self._evaluates:
             if self._faults and session.exitstatus == pytest.ExitCode.OK:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
@@ -245,15 +251,19 @@ class ControllerPlugin:
         if self._session.assertion == "rate":
             self._rates = judge_rates(evaluation.trials, folder)
         if not self._session.reported:
-            self._faults += evaluation.warnings
+            self._faults += self._besides_robots(evaluation.warnings)
             self._judge(evaluation)
             return
         self._data = report_data(evaluation, folder=folder.path)
-        self._faults += self._data.warnings
+        self._faults += self._besides_robots(self._data.warnings)
         self._judge(evaluation)
         self._data = replace(self._data, gate=self._gate)
         write_tables(self._data, evaluation.table(), folder.path)
         write_report(folder.path / REPORT_FILE, self._data)
+
+    def _besides_robots(self, warnings: Sequence[str]) -> list[str]:
+        """Warnings of an evaluation that are faults of the run: those about robots are shown, and fail nothing."""
+        return [text for text in warnings if text not in self._warned]
 
     def _judge(self, evaluation: Evaluation) -> None:
         """Compare the run with its baseline. A gate that cannot be judged is a fault: it must not stand open."""
@@ -286,7 +296,7 @@ class ControllerPlugin:
             self._data,
             self._rates,
             self._gate,
-            self._faults,
+            [*self._faults, *self._warned],
             self._session,
             self._known,
             self._unreported(),

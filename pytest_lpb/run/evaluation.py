@@ -9,7 +9,6 @@ from typing import Any, Protocol
 
 import pandas as pd
 
-from pytest_lpb.documents.faults import capped
 from pytest_lpb.errors import LpbError, RecordingError
 from pytest_lpb.kpis.registry import Kpi, default_registry, evaluate_kpis
 from pytest_lpb.names import listed, suggestion
@@ -18,6 +17,7 @@ from pytest_lpb.run.contention import CONTENDED_KPIS, joined
 from pytest_lpb.run.folder import RunFolder
 from pytest_lpb.run.missing import missing_trials
 from pytest_lpb.run.plan import DAMAGED, TrialKey
+from pytest_lpb.run.run_file import robot_warnings
 from pytest_lpb.run.skipped import skipped_trials
 from pytest_lpb.trajectory import Trajectory
 from pytest_lpb.trial.files import read_trial, trial_path
@@ -147,7 +147,7 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     """
     kpis = list(default_registry) if kpi_names is None else default_registry.select(kpi_names)
     rows: list[dict[str, Any]] = []
-    warnings = _robot_warnings(run.info())
+    warnings = robot_warnings(run.info())
     for path in run.trial_files():
         try:
             rows.append({**_row(_read(run, path), kpis, warnings), "file": str(path)})
@@ -160,15 +160,6 @@ def evaluate(run: RunFolder, kpi_names: Sequence[str] | None = None) -> Evaluati
     skipped = skipped_trials(run.path)
     missing = [trial for trial in missing_trials(run.info(), trials) if trial not in skipped]
     return Evaluation(run, trials, kpis, warnings, missing, skipped=skipped)
-
-
-def _robot_warnings(info: Mapping[str, Any]) -> list[str]:
-    """What is probably not meant about the robots of a run, with the scenarios that it is about."""
-    scenarios: dict[str, list[str]] = {}
-    for scenario, texts in (info.get("robot_warnings") or {}).items():
-        for text in texts:
-            scenarios.setdefault(text, []).append(scenario)
-    return [f"{', '.join(capped(names))}: {text}" for text, names in scenarios.items()]
 
 
 def _read(run: RunFolder, path: Path) -> Trajectory:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -142,6 +143,15 @@ def read_run_file(path: Path) -> dict[str, Any]:
         faults = [f"{path}: {_told(fault)}" for fault in error.errors()]
         raise RecordingError("\n".join(capped(list(dict.fromkeys(faults))))) from None
     return dict(info)
+
+
+def robot_warnings(info: Mapping[str, Any]) -> list[str]:
+    """What is probably not meant about the robots of a run, with the scenarios that it is about."""
+    scenarios: dict[str, list[str]] = {}
+    for scenario, texts in (info.get("robot_warnings") or {}).items():
+        for text in texts:
+            scenarios.setdefault(text, []).append(scenario)
+    return [f"{', '.join(capped(names))}: {text}" for text, names in scenarios.items()]
 
 
 def _told(fault: Any) -> str:

@@ -158,6 +158,8 @@ def test_robots_that_never_collide_are_a_warning_and_what_is_not_needed_a_note(a
     run = arm.runs()[-1]
     told = "warning: seen: the robot 'seen' has no collision geometry, so it never collides; give it some in its URDF"
     assert told in text_of(result)
+    assert result.ret == pytest.ExitCode.OK  # a warning fails no run
+    assert told in text_of(arm.run("--lpb-report=none", "scenarios/seen.yaml"))
     assert "so it never collides" in (run / "report.html").read_text("utf-8")
     assert list(read_run(run)["robot_warnings"]) == ["seen"]
     notes = read_run(run)["robot_notes"]["seen"]
