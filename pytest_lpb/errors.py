@@ -3,9 +3,11 @@
 All of ours derive from `LpbError`; anything else is a bug.
 """
 
+import importlib
 import traceback
 from pathlib import Path
 
+_IMPORTLIB = Path(importlib.__file__).parent
 _OWN = Path(__file__).parent  # faults found by our own code say themselves where they are
 
 
@@ -74,7 +76,12 @@ def in_one_line(error: BaseException) -> str:
         text = f"(its text cannot be shown: {type(failure).__name__})"
     told = isinstance(error, ImportError | LpbError) and text
     line = (text if told else f"{type(error).__name__}: {text}" if text else type(error).__name__).replace("\n", " ")
-    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename).is_file()]
-    if isinstance(error, ImportError | SyntaxError) or not frames or _OWN in Path(frames[-1].filename).parents:
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_code(Path(frame.filename))]
+    if isinstance(error, SyntaxError) or not frames or _OWN in Path(frames[-1].filename).parents:
         return line
     return f"{line} ({frames[-1].filename}:{frames[-1].lineno})"
+
+
+def _is_code(path: Path) -> bool:
+    """Whether a frame's file can be looked at and is not the machinery of imports."""
+    return path.is_file() and path.parent != _IMPORTLIB

@@ -181,6 +181,7 @@ def test_a_file_that_is_not_there() -> None:
     [
         ("def broken(:", "cannot import 'broken': SyntaxError: "),
         ("raise ValueError('no licence')", "cannot import 'broken': ValueError: no licence (.*broken.py:1)"),
+        ("import no_such_package", "cannot import 'broken': No module named 'no_such_package' (.*broken.py:1)"),
         ("Mine = 3", "is 3, not a subclass of pytest_lpb.Planner"),
         (f"{HEAD}    class Parameters:\n        gain: float = 1.0\n", "broken:Mine: Parameters must be a dataclass"),
         (
