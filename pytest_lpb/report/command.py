@@ -201,7 +201,8 @@ def _retime(run: RunFolder, shown: Evaluation, options: argparse.Namespace, fold
 
 
 def _print(data: ReportData, judged: GateResult | None, options: argparse.Namespace) -> None:
-    print("\n".join([*title_lines(data), *planner_table(data)]))
+    further = [kpi.name for kpi in data.kpis] if options.compare is not None else []
+    print("\n".join([*title_lines(data), *planner_table(data, further)]))
     if faults := list(fault_lines(data.trials.to_dict("records"))):
         print("\n".join(["", *faults]))
     if options.retime is not None and data.retimed is not None:

@@ -1,4 +1,4 @@
-"""Failures that scenario or planner files foretell (xfail): how many there are of each, and why."""
+"""Failures that scenario or planner files expect (xfail): how many there are of each, and why."""
 
 from __future__ import annotations
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import pandas as pd
+
 from pytest_lpb.names import count
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.gate_text import (
@@ -59,7 +61,7 @@ def _title(data: ReportData) -> Iterator[str]:
 
 def _planners(data: ReportData) -> Iterator[str]:
     yield from _table(planner_rows(data))
-    yield from ("", *planner_notes(data))
+    yield from ("", *planner_notes(data, _clear(data)["kpi"]))
 
 
 def _gate(gate: GateResult) -> Iterator[str]:
@@ -85,10 +87,14 @@ def _changes(verdict: GateVerdict) -> Iterator[str]:
     yield from _details(summary, [*_table([("scenario", "seed", "baseline", "now"), *rows]), *repeat])
 
 
+def _clear(data: ReportData) -> pd.DataFrame:
+    frame = data.comparisons
+    return frame[(frame["scenario"] == "all") & frame["verdict"].isin(["better", "worse"])]
+
+
 def _comparisons(data: ReportData) -> Iterator[str]:
     """Comparisons over all scenarios with a clear verdict."""
-    frame = data.comparisons
-    clear = frame[(frame["scenario"] == "all") & frame["verdict"].isin(["better", "worse"])]
+    clear = _clear(data)
     if clear.empty:
         return
     names = {kpi.name: compared_name(kpi) + timing_mark(kpi, data) for kpi in data.kpis}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -35,10 +35,10 @@ def title_lines(data: ReportData) -> Iterator[str]:
         yield from (title, "")
 
 
-def planner_table(data: ReportData) -> Iterator[str]:
-    """One line per planner: trials solved, rate with interval, median time to goal, solver time; then what to know."""
+def planner_table(data: ReportData, further: Iterable[str] = ()) -> Iterator[str]:
+    """One line per planner: trials solved, rate with interval, median time to goal, solver time; then the notes."""
     yield from aligned(planner_rows(data))
-    yield from planner_notes(data)
+    yield from planner_notes(data, further)
 
 
 def planner_rows(data: ReportData) -> list[Sequence[str]]:
@@ -52,14 +52,14 @@ def planner_rows(data: ReportData) -> list[Sequence[str]]:
     return [heads, *(_cells(row, rates) for row in rows)]
 
 
-def planner_notes(data: ReportData) -> Iterator[str]:
-    """What to know of the table's figures."""
+def planner_notes(data: ReportData, further: Iterable[str] = ()) -> Iterator[str]:
+    """What to know of the table's figures, and of `further` KPIs that are shown beside it."""
     rows = _overall(data).to_dict("records")
     if any(row["problems"] < row["trials"] for row in rows):
         yield "repeats of one problem count as one problem: intervals are over problems, not trials"
     if any("scenario" in str(row["success_rate_is"]) for row in rows):
         yield "mean of scenarios: each weighs the same; medians are over all problems, of timing over all trials"
-    yield from contention_notes(data)
+    yield from contention_notes(data, {*further, *(name for name, _ in KPIS)})
     yield from (f"warning: {warning}" for warning in deadline_warnings(data))
     yield from data.run_info.get("notes", ())
     yield from skipped_notes(data.skipped)

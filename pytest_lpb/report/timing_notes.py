@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,36 +13,42 @@ from pytest_lpb.report.numbers import count, percent
 from pytest_lpb.report.titles import MARK, contended_trials
 
 MOST = 0.5
-"""Share of calls beyond the control period from which a planner is warned of."""
+"""Share of late calls above which a planner gets a warning."""
 
 MISSES = "deadline_miss_rate"
 CPU = "solver_cpu_"
 
 
-def contention_notes(data: ReportData) -> Iterator[str]:
-    """What † means in this run and what to do about it; nothing where no timing was disturbed."""
-    disturbed = {kpi.name: contended_trials(kpi, data) for kpi in data.kpis if kpi.timing}
+def contention_notes(data: ReportData, shown: Container[str] | None = None) -> Iterator[str]:
+    """What † means in this run and what to do about it; nothing where none of the KPIs shown bears it.
+
+    Args:
+        data: tables.
+        shown: names of the KPIs that the reader sees; default all.
+    """
+    timing = (kpi for kpi in data.kpis if kpi.timing and (shown is None or kpi.name in shown))
+    disturbed = {kpi.name: contended_trials(kpi, data) for kpi in timing}
     if not any(disturbed.values()):
         return
     whole = data.trials["timing_contended"].eq(True).sum()
     of = f"of {count(len(data.trials), 'trial')}"
     if whole:
         yield (
-            f"{MARK} Timing was contended in {whole} {of}: {_reason(data)}. Such figures do not compare planners. "
+            f"{MARK} Timing was contended in {whole} {of}: {_reason(data)}. Do not compare planners by them. "
             f"{_remedy(data)}"
         )
     else:
         most = max(disturbed.values())
         yield (
-            f"{MARK} Calls waited for a core in up to {most} {of}, which the marked figures include (wall time above "
-            f"1.2 of the same figure of CPU time). {_remedy(data)}"
+            f"{MARK} Calls waited for a core in up to {most} {of}, and the marked figures include the wait (wall time "
+            f"more than 1.2 times the CPU time). {_remedy(data)}"
         )
-    cpu = [number for name, number in disturbed.items() if name.startswith(CPU)]
+    cpu = [contended_trials(kpi, data) for kpi in data.kpis if kpi.timing and kpi.name.startswith(CPU)]
     if cpu and max(cpu) < len(data.trials):
-        where = f" but in {count(max(cpu), 'trial')}" if max(cpu) else ""
+        where = f", except in {count(max(cpu), 'trial')}" if max(cpu) else ""
         yield (
-            f"CPU times can be compared{where}: they do not run while a call waits, each worker had a core, and the "
-            "median call did not wait."
+            f"CPU times can be compared{where}: a call that waits uses none, each worker had a core, and the median "
+            "call did not wait."
         )
 
 

@@ -9,11 +9,12 @@ import pandas as pd
 
 from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.known_failures import reasons
-from pytest_lpb.report.numbers import count, kpi_title, show
+from pytest_lpb.report.numbers import count, show
 from pytest_lpb.report.origins import origins
 from pytest_lpb.report.overview import endings
 from pytest_lpb.report.packing import packed
 from pytest_lpb.report.replay.blocks import Replays, replays
+from pytest_lpb.report.titles import value_title
 from pytest_lpb.report.trial_section import listed_trials
 from pytest_lpb.report.view import PlannerStyle, TrialPages
 
@@ -51,7 +52,7 @@ def index(data: ReportData, trials: pd.DataFrame, styles: Mapping[str, PlannerSt
             for style in styles.values()
         ],
         "scenarios": scenarios,
-        "kpis": [[kpi.group, kpi_title(kpi.name, kpi.unit)] for kpi in kpis],
+        "kpis": [[kpi.group, value_title(kpi)] for kpi in kpis],
         "medians": [[medians.get((planner, scenario)) for scenario in scenarios] for planner in planners],
         "trials": [
             [

@@ -73,6 +73,6 @@ def skipped_notes(skipped: Mapping[TrialKey, str]) -> Iterator[str]:
         counts[trial.planner, reason] += 1
     groups = sorted(counts.items(), key=lambda group: (-group[1], group[0]))
     for (planner, reason), number in groups[:MAX_LINES]:
-        yield f"skipped: {count(number, 'trial')} of {planner}, whose figures are of those that it ran: {reason}"
+        yield f"skipped: {count(number, 'trial')} of {planner}, not counted in its figures: {reason}"
     if groups[MAX_LINES:]:
         yield f"... and {len(groups) - MAX_LINES} more planners and reasons; {SKIPPED_FILE} lists them all"

@@ -14,12 +14,14 @@ from pytest_lpb.report.data import ReportData
 from pytest_lpb.report.exported import tables
 from pytest_lpb.report.heat import heat_map
 from pytest_lpb.report.overview import statements, success_matrix, summary_table
+from pytest_lpb.report.overview_section import notes
 from pytest_lpb.report.packing import unpacked
 from pytest_lpb.report.palette import planner_styles
 from pytest_lpb.report.profiles import profile_section
 from pytest_lpb.report.text import comparison_table, planner_notes, planner_rows
 from pytest_lpb.report.timing_notes import deadline_warnings
 from pytest_lpb.report.titles import compared_name, compared_title, value_title
+from pytest_lpb.report.trial_pages import index
 from pytest_lpb.report.winners import winners, winners_summary
 from pytest_lpb.run.tables import aggregates_table, comparisons_table
 from pytest_lpb.run.tables import summary_table as summaries
@@ -226,13 +228,26 @@ def test_a_mark_stands_at_each_timing_that_was_contended_and_nowhere_else() -> N
     assert not list(planner_notes(timed(["", ""])))
 
 
+def test_the_note_on_contention_stands_where_a_mark_is_shown_only() -> None:
+    """The late calls of one trial are in a KPI that the table of planners does not have."""
+    data = timed(["", "deadline_miss_rate"])
+    assert not list(planner_notes(data))
+    assert next(planner_notes(data, ["deadline_miss_rate"])).startswith("† ")
+    assert notes(data)[0].startswith("† ")  # the page shows every KPI
+
+
+def test_trial_pages_have_the_time_to_goal_of_the_trial() -> None:
+    data = reported([trial(seed=0, time_to_goal_s=5.0)], [GOAL])
+    assert index(data, data.trials, planner_styles(["a"]))["kpis"] == [["goal", "time to goal if reached [s]"]]
+
+
 def test_contention_says_why_and_what_to_do() -> None:
     every = "solver_time_p50_ms; solver_time_p95_ms; deadline_miss_rate"
     data = timed([every, every], workers=2, timing_contended=True)
     first, second = planner_notes(data)
     assert first == (
-        "† Timing was contended in 2 of 2 trials: 2 workers on 2 cores leave no core to the rest of the system. Such "
-        "figures do not compare planners. Time the calls again with `lpb-report RUN --retime`, or run with -n 1."
+        "† Timing was contended in 2 of 2 trials: 2 workers on 2 cores leave no core to the rest of the system. Do not "
+        "compare planners by them. Time the calls again with `lpb-report RUN --retime`, or run with -n 1."
     )
     assert second.startswith("CPU times can be compared: ")
 

@@ -66,7 +66,7 @@ class HeatMap:
 
 @dataclass(frozen=True)
 class KnownFailure:
-    """A failure that files foretell, of one planner in one scenario."""
+    """A failure that files expect, of one planner in one scenario."""
 
     scenario: str
     style: PlannerStyle

@@ -28,7 +28,7 @@ class Environment(Part):
     )
     gravity: Vector3 = Field(default=[0.0, 0.0, -9.81], description="[m/s^2]")
     prediction: Literal["none", "constant_velocity", "exact"] = Field(
-        default="constant_velocity", description="what planners are told of moving obstacles' future"
+        default="constant_velocity", description="what planners know of moving obstacles' future"
     )
 
 
