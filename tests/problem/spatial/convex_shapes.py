@@ -117,8 +117,8 @@ def signed_distance(one: Placed, other: Placed, near: Array) -> float:
 def _climbed(one: Placed, other: Placed, direction: Array) -> float:
     """The separation along the best direction that ever smaller steps from one lead to [m]."""
     best = float(separation(one, other, direction[None])[0])
-    for step in np.logspace(-0.5, -9.0, 60):
-        around = direction + step * _SPREAD[::16]
+    for number, step in enumerate(np.logspace(-1.0, -8.5, 80)):
+        around = direction + step * _SPREAD[5 * number % 16 :: 16]  # others each time: ridges are narrow
         around /= np.linalg.norm(around, axis=1)[:, None]
         values = separation(one, other, around)
         index = int(values.argmax())

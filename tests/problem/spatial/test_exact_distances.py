@@ -130,17 +130,23 @@ def pose_of(position: Array, angles: Array) -> Array:
 
 
 def check(what: str, found: list[tuple[float, float]], kinds: tuple[str, str]) -> None:
-    """Hold distances, each with what it should be, to what docs/environment.md says."""
-    distance, error = np.array(found)[:, 0], np.abs(np.diff(np.array(found), axis=1)[:, 0])
+    """Hold distances, each with what is proved, to what docs/environment.md says.
+
+    No distance is less than what is proved. Along curved faces the search for a proof ends a little below the distance.
+    """
+    distance, proved = np.array(found).T
     exact = ROUND if "cylinder" in kinds else EXACT
-    for where, chosen, bound in (
-        ("apart", distance > NEAR_M, TWO_ROUND if set(kinds) == {"cylinder"} else exact),
-        ("near contact", np.abs(distance) <= NEAR_M, EXACT),
-        ("inside", distance < -NEAR_M, exact),
+    for where, chosen, below, above in (
+        ("apart", distance > NEAR_M, *[TWO_ROUND if set(kinds) == {"cylinder"} else exact] * 2),
+        ("near contact", np.abs(distance) <= NEAR_M, EXACT, exact),
+        ("inside", distance < -NEAR_M, EXACT, exact),
     ):
+        errors = (distance - proved)[chosen]
+        least, most = errors.min(initial=0.0), errors.max(initial=0.0)
         if "LPB_DISTANCE_PAIRS" in os.environ:
-            print(f"{what}, {where}: {chosen.sum()} pairs, all within {error[chosen].max(initial=0.0):.1e} m")
-        assert error[chosen].max(initial=0.0) < bound, where
+            print(f"{what}, {where}: {chosen.sum()} pairs, {least:.1e} to {most:.1e} m")
+        assert least > -below, where
+        assert most < above, where
 
 
 def touching(number: int, distance: float, normal: Array) -> Array | None:
