@@ -86,7 +86,7 @@ def test_a_flat_hull_that_is_touched_has_no_depth() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_touches_a_box_has_the_same_distance_at_a_link(kind: str, tmp_path: Path) -> None:
-    """Where PyBullet's distance of a wheel grows again on the last 1.5 mm before a box."""
+    """Of an obstacle, through all that measures the distance of a robot from it."""
     box = {"name": "box", "shape": "box", "size": [4.0, 5.0, 6.0], "position": [9.0, 0.3, 0.2]}
     robot = robot_of(tmp_path, KINDS["sphere"], KINDS[kind])
     space = SpatialSpace(robot, [Obstacle(box)])
