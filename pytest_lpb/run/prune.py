@@ -39,7 +39,7 @@ def prune(reports: Path, keep: int, *, dry_run: bool = False) -> Iterator[Pruned
     Raises RecordingError when it is no folder, or a run cannot be removed.
     """
     if not reports.is_dir():
-        raise RecordingError(f"{reports} is no folder: name the parent of run folders, such as reports")
+        raise RecordingError(f"there is no folder {reports}: name the one that run folders lie in")
     latest = _latest(reports)
     for run in _newest_first(reports)[keep:]:
         yield Pruned(run, "latest leads to it" if run == latest else _removed(run, dry_run))
