@@ -150,6 +150,13 @@ def _warn(config: pytest.Config, text: str) -> None:
     )
 
 
+def _written_for_this_run(planner: Path | None) -> bool:
+    """Whether a planner file is the user's: shipped ones are for all robots, copies in a run folder for those there."""
+    return planner is None or not (
+        planner.parent == shipped_folder("planners") or (planner.parent.parent / RUN_FILE).is_file()
+    )
+
+
 def unmatched_robots(planners: Iterable[PlannerConfiguration], robots: Collection[tuple[str, str]]) -> str:
     """Keys of `per_robot` in users' planner files that no robot of the run matches, in one line; empty without any.
 
@@ -158,11 +165,10 @@ def unmatched_robots(planners: Iterable[PlannerConfiguration], robots: Collectio
         robots: names and control modes of the run's robots; none: nothing was collected.
     """
     keys = {key for name, control in robots for key in (name, f"@{control}", f"{name}@{control}")}
-    shipped = shipped_folder("planners")
     told = [
         f"{key!r} of planner {planner.name!r}{hint and f' ({hint})'}"
         for planner in planners
-        if planner.path is None or planner.path.parent != shipped
+        if _written_for_this_run(planner.path)
         for key in planner.per_robot
         if key not in keys
         for hint in [suggestion(key, keys).removeprefix("; ")]
