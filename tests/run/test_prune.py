@@ -65,7 +65,7 @@ def test_the_newest_stay(reports: Path, capsys: pytest.CaptureFixture[str]) -> N
     [
         (["reports/run0", "--prune=1"], "--prune: reports/run0 is a run; name the folder that its runs lie in"),
         (["latest", "--prune=1"], "--prune: latest is a run"),
-        (["nowhere", "--prune=1"], "nowhere is no folder"),
+        (["nowhere", "--prune=1"], "there is no folder nowhere"),
         (["--prune=-1"], "--prune: found -1; allowed are 0 and more"),
         (["reports", "reports", "--prune=1"], "--prune is about one folder of runs, found 2"),
         (["--prune=1", "--save-baseline=b.json"], "--prune only removes runs; leave --save-baseline out"),
