@@ -29,6 +29,7 @@ NOTHING: Clearance = (nan, "", "")
 FARTHEST_M = 1e7  # [m] beyond all coordinates of scenarios
 AHEAD_M = 0.5  # [m] beyond the nearest up to which others are measured, so that they need no measuring for a while
 SLACK_M = 1e-9  # [m] by which bounds are lowered once more, for rounding
+CONSISTENT_M = 1e-4  # [m] by which Bullet's distance may leave what the last one and the motion since allow
 
 
 class Pairs:
@@ -62,10 +63,12 @@ class Pairs:
         self._margins = margins
         self.names = names
         self.bounds: FloatArray = np.full(len(names), -inf)
+        self._last = [inf] * len(names)  # distances at the last measurement [m]; inf: not known
 
     def forget(self) -> None:
         """Nothing is known any more of how far apart the bodies are."""
         self.bounds.fill(-inf)
+        self._last = [inf] * len(self._last)
 
     def nearest(self) -> Clearance:
         """The least distance [m] with the names of both bodies; NaN without pairs."""
@@ -77,17 +80,27 @@ class Pairs:
             pair = int(bounds.argmin())
             if bounds[pair] >= least:
                 return (least, *self.names[found])
-            distance = self._measure(pair, least)
+            low = float(bounds[pair])
+            # The bound has been lowered by all motion since the last measurement; so much more may the distance be.
+            distance = self._measure(pair, least, low, 2.0 * self._last[pair] - low)
             bounds[pair] = distance
             if distance < least:
                 least, found = distance, pair
 
     def distance(self, pair: int, within: float) -> float:
         """Distance of a pair [m], or a lower bound beyond `within` if it is larger; changes no bounds."""
-        return self._measure(pair, within)
+        last = self._last[pair]
+        distance = self._measure(pair, within, -inf, inf)
+        self._last[pair] = last
+        return distance
 
-    def _measure(self, pair: int, enough: float) -> float:
-        """Distance of a pair [m], or a lower bound beyond `enough` if it is larger."""
+    def _measure(self, pair: int, enough: float, low: float, high: float) -> float:
+        """Distance of a pair [m], or a lower bound beyond `enough` if it is larger.
+
+        Bullet's distances of shapes whose faces are exactly parallel are now and then far too large. So it is measured
+        anew, by our own algorithm, what lies near contact, what is measured for the first time, and what leaves the
+        range `low` to `high` [m] that the last measurement and the motion since allow.
+        """
         if self._following:
             for following in self._following[pair]:
                 self._world.bring(following)
@@ -96,14 +109,14 @@ class Pairs:
         margin = self._margins[pair]
         within = min(max(enough, 0.0) + AHEAD_M, FARTHEST_M)
         points = pybullet.getClosestPoints(first, body, within, first_link, link, physicsClientId=self._client)
-        if not points:
+        if not points and within <= high + CONSISTENT_M:
+            self._last[pair] = inf
             return within
-        if len(points) == 1:
-            nearest: float = points[0][DISTANCE]
-        else:
-            nearest = min(point[DISTANCE] for point in points)
-        distance = nearest + margin
-        return distance if distance > NEAR_M else self._world.exact_distance(*self._pairs[pair], distance)
+        distance = min((point[DISTANCE] for point in points), default=within) + margin
+        if distance <= NEAR_M or not low - CONSISTENT_M <= distance <= high + CONSISTENT_M or high == inf:
+            distance = self._world.exact_distance(*self._pairs[pair], distance)
+        self._last[pair] = distance
+        return distance
 
 
 class SpatialCollision:

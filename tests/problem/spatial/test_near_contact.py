@@ -98,3 +98,30 @@ def test_what_touches_a_box_has_the_same_distance_at_a_link(kind: str, tmp_path:
             assert link == "c_link"
             assert found == pytest.approx(gap, abs=1e-6 if abs(gap) > NEAR_M else EXACT), gap
     space.close()
+
+
+# Where Bullet 3.2.7 measures far too much: faces and axes are exactly parallel.
+ALIGNED = [
+    ([0.2, 0.3, -0.7], [np.pi, -np.pi, -np.pi], 0.0),  # Bullet: 0.2600
+    ([-0.2, 0.7, -0.4], [-np.pi, -0.5 * np.pi, -np.pi], 0.4),  # Bullet: 0.4373
+]
+
+
+@pytest.mark.parametrize("link", ["box", "capsule"])
+@pytest.mark.parametrize(("position", "angles", "distance"), ALIGNED)
+def test_parallel_faces_are_measured_right(
+    link: str, position: list[float], angles: list[float], distance: float, tmp_path: Path
+) -> None:
+    other = {"box": "capsule", "capsule": "box"}[link]
+    pose = pose_of(np.array(position), np.array(angles))
+    away = np.array([8.0, 0.0, 0.0])  # from the robot's other link
+    obstacle = {"name": "still", "shape": other, **KINDS[other].obstacle, "position": away.tolist()}
+    state = [*(away + pose[:3, 3]), *angles]
+    if link == "capsule":
+        back = np.linalg.inv(pose)
+        obstacle |= {"position": (away + back[:3, 3]).tolist(), "orientation": list(from_matrix(back[:3, :3]))}
+        state = [*away, 0.0, 0.0, 0.0]
+    robot = robot_of(tmp_path, KINDS["sphere"], KINDS[link])
+    with SpatialSpace(robot, [Obstacle(obstacle)]) as space:
+        found, _, _ = space.clearance(state)
+    assert found == pytest.approx(distance, abs=1e-6)
