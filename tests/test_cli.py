@@ -216,7 +216,7 @@ def test_export(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "time to goal if reached \\[s\\]" in summary
     assert main([str(run), "--export=markdown", "--kpis=ldj", "--output", str(run / "other")]) == 0
     head = (run / "other" / "tables" / "summary.md").read_text(encoding="utf-8").splitlines()[2]
-    assert head == "| scenario | planner | trials | problems | success \\[%\\] | ldj |"
+    assert head == "| scenario | planner | solved | problems | rate \\[%\\] | ldj |"
 
 
 KPI = """

@@ -74,10 +74,10 @@ class PlannerConfiguration:
 
     def check(self) -> None:
         """Check the parameters of every robot against the class, and what it supports. Raises ConfigurationError."""
-        self.support  # noqa: B018 - is checked when it is read
         self._validated(dict(self.parameters), "parameters")
         for robot, parameters in self.per_robot.items():
             self._validated({**self.parameters, **parameters}, "per_robot", robot)
+        self.support  # noqa: B018 - is checked when it is read, which a class that cannot be had prevents
 
     @cached_property
     def support(self) -> tuple[Support, Support]:

@@ -101,7 +101,10 @@ class TrialItem(pytest.Item):
 
     def setup(self) -> None:
         """Skip a trial of what the planner declares not to support: that is decided without drawing its problem."""
-        robot = self.collector.family.scenario(self.seed).concrete["robot"]
+        try:
+            robot = self.collector.family.scenario(self.seed).concrete["robot"]
+        except ScenarioError:
+            return  # a recorded problem that is damaged: the trial itself reports it
         if reason := self.collector.configuration.unsupported(robot):
             self._skip(reason)
 
