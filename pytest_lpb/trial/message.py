@@ -96,6 +96,8 @@ def _not_held(trajectory: Trajectory) -> str:
     starts, ends = edges[::2], edges[1::2] - 1
     longest = int(np.argmax(ends - starts))
     first, last = int(starts[longest]), int(ends[longest])
+    if first == last:
+        return f", in the goal at t = {trajectory.t[first]:.4g} s and out of it a step later; hold_time is {hold}"
     found = f"{_seconds(trajectory, first, last)} from t = {trajectory.t[first]:.4g} s"
     return f", in the goal for {'' if len(starts) == 1 else 'at most '}{found}; hold_time is {hold}"
 

@@ -172,3 +172,6 @@ def test_a_goal_that_was_left_again_and_again() -> None:
     passing = Trajectory({**made.columns, "goal_reach_error": error}, made.metadata, made.problem)
     words = "in the goal for at most 0.1 s from t = 0.4 s; hold_time is 0.5 s"
     assert words in outcome_message(passing, None, "")
+    error = np.where(np.arange(len(made)) == 4, 0.05, 1.0)
+    once = Trajectory({**made.columns, "goal_reach_error": error}, made.metadata, made.problem)
+    assert "in the goal at t = 0.2 s and out of it a step later; hold_time is 0.5 s" in outcome_message(once, None, "")
