@@ -248,6 +248,20 @@ def test_least_clearances_hold_between_rows(dimension: int) -> None:
     assert values == {"clearance_min_m": trajectory.clearance.min(), "near_miss_time_s": 0.0}
 
 
+@pytest.mark.parametrize("gap", [0.3, 0.94, 4.0])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_least_clearances_of_far_obstacles_hold_between_rows(dimension: int, gap: float) -> None:
+    """A lower bound of the distance of something far is no distance."""
+    if dimension == 2:
+        problem = planar(DISC, [circle(0.75, gap + 0.06, 0.01, "post"), circle(20.0, 30.0, 0.1, "far")])
+    else:
+        obstacles = [sphere(0.75, gap + 0.06, 0.0, 0.01, "post"), sphere(20.0, 30.0, 0.0, 0.1, "far")]
+        problem = spatial(BALL, obstacles)
+    trajectory = trial(problem, [5.0, 0.0, 0.0][:dimension])
+    assert trajectory.step_clearance.min() == pytest.approx(gap, abs=1e-4)
+    assert trajectory.step_clearance[2] == trajectory.step_clearance.min()
+
+
 def test_least_clearances_of_the_robot_itself_hold_between_rows() -> None:
     """The tip of a folding arm passes its first link within a step."""
     arm = {**ARM, "links": [1.0, 0.5, 0.3], "body_radius": 0.01, "control": "velocity"}

@@ -51,6 +51,7 @@ class SpatialSweptBodies:
         self._own = len(collision.obstacles.names)  # index of the first pair of own bodies
         self._step = step
         self._travels = collision.travels(step.rates * step.dt, np.array(step.obstacle_travel)) + SLACK_M
+        self._within = self._travels  # up to where distances are measured, not only bounded
 
     def move_to(self, share: float) -> None:
         """Put the robot, and obstacles that move, where they are at a share of the step."""
@@ -68,7 +69,7 @@ class SpatialSweptBodies:
         return [self._distance(pair) for pair in pairs]
 
     def _distance(self, pair: int) -> float:
-        within = float(self._travels[pair])
+        within = float(self._within[pair])
         if pair >= self._own:
             return self._collision.own.distance(pair - self._own, within)
         return self._collision.obstacles.distance(pair, within)
@@ -76,6 +77,8 @@ class SpatialSweptBodies:
     def spans(self, floor: float, kinds: Sequence[bool] = EITHER) -> list[Span]:
         """The whole step for each pair that may come nearer than `floor` [m]."""
         bounds = self._step.bounds
+        # A pair that may come nearer than the floor is never farther apart than this.
+        self._within = max(floor, 0.0) + 1.5 * self._travels
         lowest = np.full(len(self._travels), -np.inf) if bounds is None else bounds - self._travels
         pairs = [pair for pair in np.flatnonzero(lowest < floor).tolist() if self.is_own(pair) in kinds]
         after = self.distances(1.0, pairs)
