@@ -39,7 +39,7 @@ function curve(line, place, alone) {
   return svg("path", { class: `${line.kind === "dots" ? "dots" : "path"} ${hueOf(line, alone)}`, "data-line": line.name, d: DRAW[line.kind](points), "stroke-dasharray": dash || null });
 }
 
-// Dotted lines at the limits of each line, in its colour; those that several lines share in ink.
+// Dotted lines at the limits of each line, in its colour; those that lines share in ink.
 function limitLines(lines, place, low, high, alone) {
   const owners = new Map();
   for (const line of lines) for (const limit of (line.limits || []).filter(known)) owners.set(limit, [...(owners.get(limit) || []), line]);
@@ -105,7 +105,7 @@ function chartFigure(chart, tracks, end, seek) {
   return { node, show, below: chart.below };
 }
 
-// Names of several lines with their values; a click leaves only the one in colour. And what tells the values.
+// Names of lines with their values; a click leaves only the one in colour. And what tells the values.
 function legendOf(lines, picture, alone) {
   const keyed = lines.filter((line) => line.of > 1);
   const names = [...new Set(keyed.map((line) => line.name))];
