@@ -72,7 +72,7 @@ def test_the_row_of_a_crash(doomed: Project, mode: str) -> None:
         row for row in read_table(run / "summary.csv") if (row["planner"], row["scenario"]) == ("fatal", "all")
     ]
     assert (summary["trials"], summary["successes"]) == ("4", "3")
-    assert "point/x :: fatal :: seed1  worker_crash: the process that ran the trial died" in text_of(result)
+    assert "1 trial of fatal: worker_crash: the process that ran the trial died; run it alone" in text_of(result)
 
 
 def test_a_process_that_dies_after_its_trials(doomed: Project) -> None:

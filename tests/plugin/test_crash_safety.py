@@ -114,7 +114,7 @@ def test_killed_controller(
     crash.unmark("hold")
     crash.resume()
     check_finished(run, undisturbed)
-    assert sorted(path.name for path in run.parent.iterdir()) == [run.name, "latest"]
+    assert sorted(path.name for path in run.parent.iterdir()) == [".gitignore", run.name, "latest"]
     assert (run.parent / "latest").is_symlink()
 
 
@@ -328,4 +328,6 @@ def test_two_runs_at_once(crash: CrashProject, undisturbed: Hashes) -> None:
     for run in (first, second):
         check_finished(run, undisturbed)
     assert latest.resolve() in (first, second)
-    assert sorted(path.name for path in latest.parent.iterdir()) == sorted([first.name, second.name, "latest"])
+    assert sorted(path.name for path in latest.parent.iterdir()) == sorted(
+        [".gitignore", first.name, second.name, "latest"]
+    )

@@ -137,7 +137,7 @@ def test_fatal_fault_with_workers(fatal_run: tuple[Path, str], undisturbed_hashe
     assert [row["outcome"] for row in rows if row["planner"] == fault] == ["worker_crash"] * 2
     beside = {(row["planner"], row["seed"]): row["trajectory_hash"] for row in rows if row["planner"] not in FATAL}
     assert beside == {(name, seed): undisturbed_hashes[seed] for name in ("before", "after") for seed in ("0", "1")}
-    assert f"{fault} :: seed0  worker_crash: the process that ran the trial died; run it alone to see why" in output
+    assert f"2 trials of {fault}: worker_crash: the process that ran the trial died; run it alone to see why" in output
 
 
 @pytest.mark.parametrize("fault", FATAL)

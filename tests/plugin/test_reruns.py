@@ -33,7 +33,7 @@ def test_one_row_of_the_first_attempt(project: Project) -> None:
     assert (row["success"], row["attempt"]) == ("false", "1")
     assert attempt_of(project.runs()[-1] / "trials/point/x/moody/seed0.parquet") == 1
     # The table says what is in the data, not how the rerun ended.
-    result.stdout.re_match_lines([r"moody +1 +1 +0 %"])
+    result.stdout.re_match_lines([r"moody +0/1 +1 +0 %"])
 
 
 @pytest.mark.parametrize("workers", [0, 2])

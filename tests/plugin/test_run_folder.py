@@ -264,7 +264,7 @@ def test_summary_on_the_terminal(project: Project) -> None:
     result = project.run("scenarios")
     text = text_of(result)
     assert "local planner benchmark" in text
-    result.stdout.re_match_lines([r"pd +2 +2 +50 %"])
+    result.stdout.re_match_lines([r"pd +1/2 +2 +50 %"])
     assert "far :: pd :: seed0  timeout: reached" in text
     assert f"report: reports/{project.runs()[-1].name}/report.html" in text
 
