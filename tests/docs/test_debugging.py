@@ -25,7 +25,9 @@ class Stops(dwa.Dwa):
 
 
 @pytest.fixture
-def failing(project: Project) -> Project:
+def failing(project: Project, monkeypatch: pytest.MonkeyPatch) -> Project:
+    for name in ("CI", "BUILD_NUMBER"):  # where they are set, pytest shows every failure in full
+        monkeypatch.delenv(name, raising=False)
     project.write("dwa.py", blocks(PAGE, "python")[0])
     project.write("planners/dwa.yaml", blocks(PAGE, "yaml")[0])
     project.scenario("scenarios/disc.yaml", UNSOLVED)
