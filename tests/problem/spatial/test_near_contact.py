@@ -118,7 +118,7 @@ def test_parallel_faces_are_measured_right(
     obstacle = {"name": "still", "shape": other, **KINDS[other].obstacle, "position": away.tolist()}
     state = [*(away + pose[:3, 3]), *angles]
     if link == "capsule":
-        back = np.linalg.inv(pose)
+        back: Array = np.linalg.inv(pose).astype(np.float64)
         obstacle |= {"position": (away + back[:3, 3]).tolist(), "orientation": list(from_matrix(back[:3, :3]))}
         state = [*away, 0.0, 0.0, 0.0]
     robot = robot_of(tmp_path, KINDS["sphere"], KINDS[link])
