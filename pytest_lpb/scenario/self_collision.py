@@ -47,7 +47,7 @@ def concrete_pairs(robot: Robot, links: Sequence[str], bodies: Sequence[str]) ->
 def srdf_pairs(path: Path, links: Sequence[str], bodies: Sequence[str]) -> list[Pair]:
     """Pairs of bodies between which an SRDF file disables collisions.
 
-    Links without collision geometry are passed over. `disable_default_collisions` stands for all pairs of a link, but
+    Links without collision geometry are skipped. `disable_default_collisions` stands for all pairs of a link, but
     those that `enable_collisions` names.
 
     Raises ScenarioError, `file:line: ..`, for a file that is no SRDF, or for links that the robot does not have.

@@ -46,7 +46,7 @@ class Element:
 def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
     """The root element of an XML text. Raises ScenarioError with `path:line`; document types and entities are refused.
 
-    Blanks and empty lines before `<?xml` are passed over.
+    Blanks and empty lines before `<?xml` are skipped.
 
     Args:
         content: the file's bytes.
@@ -56,7 +56,7 @@ def parse_xml(content: bytes, path: Path, kind: str = "URDF") -> Element:
     text = content.removeprefix(UTF8_BOM).lstrip(b" \t\r\n")
     if not text:
         raise ScenarioError(f"{path}:1: is empty; a {kind} file has elements")
-    above = content[: len(content) - len(text)].count(b"\n")  # lines passed over
+    above = content[: len(content) - len(text)].count(b"\n")  # lines skipped
     root = Element("", {}, 0)
     open_elements = [root]
     count = 0

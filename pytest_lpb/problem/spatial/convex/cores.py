@@ -1,4 +1,4 @@
-"""Convex shapes by their support points: each is a core, grown by a ball of `radius`.
+"""Convex shapes by their support points: each is a core, grown by a sphere of `radius`.
 
 Spheres and capsules are a point and a segment so grown; boxes, cylinders and convex hulls are their own cores.
 """
@@ -22,11 +22,11 @@ FEW = 12  # points among which a loop finds the farthest sooner than NumPy
 
 
 class Core(Protocol):
-    """A convex shape without the ball by which it is grown."""
+    """A convex shape without the sphere by which it is grown."""
 
     @property
     def radius(self) -> float:
-        """Of the ball by which the core is grown [m]."""
+        """Of the sphere by which the core is grown [m]."""
 
     @property
     def round(self) -> bool:
@@ -38,8 +38,8 @@ class Core(Protocol):
     def placed(self, turn: FloatArray, shift: FloatArray) -> Core:
         """The same after a turn, a matrix (3, 3), and a shift (3,) [m]."""
 
-    def ball(self) -> tuple[FloatArray, float]:
-        """Centre (3,) and radius [m] of a ball that holds the grown shape."""
+    def bounding_sphere(self) -> tuple[FloatArray, float]:
+        """Centre (3,) and radius [m] of a sphere that holds the grown shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class Points:
         """See `Core`."""
         return Points(self.points @ turn.T + shift, self.radius)
 
-    def ball(self) -> tuple[FloatArray, float]:
+    def bounding_sphere(self) -> tuple[FloatArray, float]:
         """See `Core`."""
         centre = 0.5 * (self.points.min(axis=0) + self.points.max(axis=0))
         return centre, sqrt(float(((self.points - centre) ** 2).sum(axis=1).max())) + self.radius
@@ -110,7 +110,7 @@ class Cylinder:
         """See `Core`."""
         return Cylinder(turn @ self.centre + shift, turn @ self.axes, self.across, self.half)
 
-    def ball(self) -> tuple[FloatArray, float]:
+    def bounding_sphere(self) -> tuple[FloatArray, float]:
         """See `Core`."""
         return self.centre, hypot(self.across, self.half)
 

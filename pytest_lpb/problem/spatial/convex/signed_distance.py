@@ -18,10 +18,10 @@ def signed_distance(first: Sequence[Core], second: Sequence[Core]) -> float:
     """
     if len(first) == len(second) == 1:
         return _of_cores(first[0], second[0])
-    balls = [core.ball() for core in first], [core.ball() for core in second]
+    spheres = [core.bounding_sphere() for core in first], [core.bounding_sphere() for core in second]
     pairs = []
-    for one, (centre, radius) in zip(first, balls[0], strict=True):
-        for other, (place, size) in zip(second, balls[1], strict=True):
+    for one, (centre, radius) in zip(first, spheres[0], strict=True):
+        for other, (place, size) in zip(second, spheres[1], strict=True):
             gap = centre - place
             pairs.append((sqrt(float(gap @ gap)) - radius - size, one, other))
     pairs.sort(key=lambda pair: pair[0])
